@@ -1,0 +1,166 @@
+"""Gear pair: an elastic spur mesh with backlash. Vocabulary of drivelines, below ``model``.
+
+Follows the paper's Eq. 9-17: Fourier mesh stiffness, mesh damping, mesh error, backlash, and the line-of-action force. Eq. 10 as
+printed pairs the inertias with the wrong radii and has the unit of a torque per speed; the default is the corrected form, the
+printed one is the named form ``literal``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import radians
+from typing import Any
+
+import sympy
+
+from modelgen.model import Choice, Clock, Element, Flange, Orders, Param, PeriodicTable, harmonic_rows, quantity
+from modelgen.model.declarations import UNIT_AREA, FlangeSymbols
+
+FOURIER, TABLE, RECTANGULAR = {"mesh": "fourier"}, {"mesh": "table"}, {"mesh": "rectangular"}
+
+
+class GearPair(Element):
+    """Two gears in mesh along the line of action, a driving b when torque flows forward.
+
+    Equations: delta = r_a angle_a - r_b angle_b - e(t); F = k(t) f(delta) + c(t) d(delta)/dt with
+    f = delta - b, 0 or delta + b beyond, within and behind the backlash 2 b; torques -r_a F on a and +r_b F on b.
+    Mesh stiffness k(t), with t = 0 where a tooth pair enters contact: Fourier rows (``mesh="fourier"``), samples over one mesh
+    period joined by straight lines (``table``), or two levels (``rectangular``).
+    Mesh damping: ``corrected`` c = 2 xi sqrt(k m_e), m_e = J_a J_b / (J_a r_b^2 + J_b r_a^2); ``literal`` as printed in the paper.
+    Its viscous part acts always, or with ``viscous="contact_only"`` in contact only and without pulling the flanks together.
+    """
+
+    sense = -1
+
+    a, b = Flange("driving gear"), Flange("driven gear")
+    contact = Clock("a", order="teeth_a", doc="tooth passing")
+    teeth_a = Param(positive=True, integer=True, doc="teeth of the gear on a")
+    teeth_b = Param(positive=True, integer=True, doc="teeth of the gear on b")
+    radii = Choice("module", "given", doc="whether base radii follow from the module or are given")
+    module = Param("m", positive=True, when={"radii": "module"}, doc="module")
+    pressure_angle = Param("rad", default=radians(20), positive=True, when={"radii": "module"}, doc="pressure angle")
+    base_radius_a = Param("m", positive=True, when={"radii": "given"}, doc="base radius on a; that on b follows from the teeth")
+
+    mesh = Choice("fourier", "table", "rectangular", doc="form of the mesh stiffness over one mesh period")
+    mean_stiffness = Param("N/m", positive=True, when=FOURIER, doc="k0")
+    stiffness_cosine = Param("N/m", default=(), series=True, when=FOURIER, doc="rows with cosine, order 1, 2, ...")
+    stiffness_sine = Param("N/m", default=(), series=True, when=FOURIER, doc="rows with sine, order 1, 2, ...")
+    stiffness_orders = Orders(when=FOURIER, doc="harmonics of the mesh frequency")
+    stiffness_table = Param("N/m", positive=True, series=True, when=TABLE, doc="equally spaced samples over one mesh period")
+    stiffness_high = Param("N/m", positive=True, when=RECTANGULAR, doc="stiffness while two pairs are in contact")
+    stiffness_low = Param("N/m", positive=True, when=RECTANGULAR, doc="stiffness while one pair is in contact")
+    contact_ratio = Param(positive=True, when=RECTANGULAR, doc="contact ratio, between 1 and 2")
+
+    damping = Choice("corrected", "literal", "value", doc="form of the mesh damping")
+    damping_ratio = Param(default=0.0, nonnegative=True, when={"damping": ("corrected", "literal")}, doc="xi")
+    damping_coefficient = Param("N*s/m", nonnegative=True, when={"damping": "value"}, doc="c along the line of action")
+    viscous = Choice("always", "contact_only", doc="whether the viscous force acts without contact")
+    error_mean = Param("m", default=0.0, doc="e0")
+    error_amplitude = Param("m", default=0.0, doc="e_r of e(t) = e0 + e_r sin(w_m t + phase)")
+    error_phase = Param("rad", default=0.0, doc="phase of the mesh error")
+    half_backlash = Param("m", default=0.0, nonnegative=True, doc="b, half the backlash along the line of action")
+
+    @quantity("m")
+    def radius_a(self) -> Any:
+        """Base radius of the gear on a."""
+        return self.base_radius_a if self.radii == "given" else self.module * self.teeth_a * sympy.cos(self.pressure_angle) / 2
+
+    @quantity("m")
+    def radius_b(self) -> Any:
+        """Base radius of the gear on b: the base pitches are equal."""
+        # Written with the module where there is one: then the ratio of the radii reduces to that of the teeth, exactly.
+        if self.radii == "given":
+            return self.base_radius_a * self.teeth_b / self.teeth_a
+        return self.module * self.teeth_b * sympy.cos(self.pressure_angle) / 2
+
+    def _mean_stiffness(self) -> Any:
+        if self.mesh == "fourier":
+            return self.mean_stiffness
+        if self.mesh == "table":
+            return sum(self.stiffness_table) / len(self.stiffness_table)
+        return self.stiffness_low + (self.contact_ratio - 1) * (self.stiffness_high - self.stiffness_low)
+
+    @quantity("N/m", mean=_mean_stiffness)
+    def mesh_stiffness(self) -> Any:
+        """Mesh stiffness k(t)."""
+        angle = self.contact.angle
+        if self.mesh == "table":
+            return PeriodicTable(angle / (2 * sympy.pi), *self.stiffness_table)
+        if self.mesh == "rectangular":
+            turns = angle / (2 * sympy.pi)
+            high = turns - sympy.floor(turns) < self.contact_ratio - 1
+            return sympy.Piecewise((self.stiffness_high, high), (self.stiffness_low, True))
+        rows = harmonic_rows(self.where, self.stiffness_orders, self.stiffness_cosine, self.stiffness_sine)
+        return self.mean_stiffness + sum(a * sympy.cos(n * angle) + b * sympy.sin(n * angle) for n, a, b in rows)
+
+    @quantity("N*s/m")
+    def mesh_damping(self) -> Any:
+        """Mesh damping c(t); in the literal form its unit is that of the printed equation."""
+        if self.damping == "value":
+            return self.damping_coefficient
+        j_a, j_b, r_a, r_b = self.a.inertia, self.b.inertia, self.radius_a, self.radius_b
+        if self.damping == "corrected":
+            mass = j_a * j_b / (j_a * r_b**2 + j_b * r_a**2)
+        else:
+            # As printed; the unit area brings the unit to kg without changing the printed number.
+            mass = j_a * j_b * r_a**2 * r_b**2 / (r_a**2 * j_a + r_b**2 * j_b) / UNIT_AREA**2
+        return 2 * self.damping_ratio * sympy.sqrt(self.mesh_stiffness * mass)
+
+    @quantity("m")
+    def error(self) -> Any:
+        """Mesh error e(t)."""
+        return self.error_mean + self.error_amplitude * self._error_wave(sympy.sin)
+
+    @quantity("m/s")
+    def error_rate(self) -> Any:
+        """Time derivative of the mesh error."""
+        return self.error_amplitude * self.contact.frequency * self._error_wave(sympy.cos)
+
+    def _error_wave(self, wave: Any) -> Any:
+        angle, phase = self.contact.angle, self.error_phase
+        shifted = sympy.cos if wave is sympy.sin else sympy.sin
+        sign = 1 if wave is sympy.sin else -1
+        return wave(angle) * sympy.cos(phase) + sign * shifted(angle) * sympy.sin(phase)
+
+    @quantity("m")
+    def approach(self) -> Any:
+        """Relative displacement along the line of action, without the error."""
+        return self.radius_a * self.a.angle - self.radius_b * self.b.angle
+
+    @quantity("m")
+    def deflection(self) -> Any:
+        """Mesh deflection delta."""
+        return self.approach - self.error
+
+    @quantity("m/s")
+    def deflection_rate(self) -> Any:
+        """Rate of the mesh deflection."""
+        return self.radius_a * self.a.speed - self.radius_b * self.b.speed - self.error_rate
+
+    @quantity("m")
+    def penetration(self) -> Any:
+        """Backlash function f(delta): how far the flanks are pressed into each other."""
+        delta, gap = self.deflection, self.half_backlash
+        return sympy.Piecewise((delta - gap, delta > gap), (delta + gap, delta < -gap), (0, True))
+
+    @quantity("N")
+    def force(self) -> Any:
+        """Mesh force along the line of action, positive on the driving flank."""
+        elastic, viscous = self.mesh_stiffness * self.penetration, self.mesh_damping * self.deflection_rate
+        if self.viscous == "always":
+            return elastic + viscous
+        delta, gap, both = self.deflection, self.half_backlash, elastic + viscous
+        return sympy.Piecewise((sympy.Max(0, both), delta > gap), (sympy.Min(0, both), delta < -gap), (0, True))
+
+    def torques(self) -> Mapping[FlangeSymbols, Any]:
+        return {self.a: -self.radius_a * self.force, self.b: self.radius_b * self.force}
+
+    def stored_energy(self) -> Any:
+        return self.mesh_stiffness * self.penetration**2 / 2
+
+    def dissipated_power(self) -> Any:
+        return (self.force - self.mesh_stiffness * self.penetration) * self.deflection_rate
+
+    def supplied_power(self) -> Any:
+        # The prescribed error does work against the viscous force; against the elastic one it is in the stored energy.
+        return -(self.force - self.mesh_stiffness * self.penetration) * self.error_rate

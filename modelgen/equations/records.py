@@ -1,0 +1,229 @@
+"""The record that carries the equations of motion, and its parts. Second of the seven records.
+
+Symbols live in two worlds: a *template* speaks of "a.angle" and "stiffness"; an *instance* says which node and which parameter
+of the driveline these are. Nothing here is numeric; ``modelgen.lowering`` turns the record into functions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import sympy
+
+from modelgen.model import Guard
+
+
+@dataclass(frozen=True)
+class Definition:
+    """A named quantity of a template; ``depends`` is "parameter", "time" or "state", the stage it can be evaluated in."""
+
+    name: str
+    symbol: sympy.Symbol
+    expression: sympy.Expr
+    unit: str
+    depends: str
+    mean: sympy.Expr | None = None
+    hidden: bool = False
+
+
+@dataclass(frozen=True)
+class Relative:
+    """A combination sum(c_f * angle_f) of flange angles that a law sees; ``rate`` is the same of the speeds."""
+
+    name: str
+    unit: str
+    angle: sympy.Symbol
+    rate: sympy.Symbol
+    coefficients: Mapping[str, sympy.Expr]
+    sees_angle: bool
+
+
+@dataclass(frozen=True)
+class Harmonic:
+    """A symbol that stands for sin or cos of ``order`` times a clock's angle."""
+
+    symbol: sympy.Symbol
+    clock: str
+    order: int
+    wave: str
+
+
+@dataclass(frozen=True)
+class Template:
+    """The law of an element class for one setting of its switches, shared by all its instances."""
+
+    kind: str
+    title: str
+    flanges: tuple[str, ...]
+    parameters: tuple[tuple[str, tuple[sympy.Symbol, ...]], ...]
+    clocks: tuple[str, ...]
+    harmonics: tuple[Harmonic, ...]
+    states: tuple[tuple[str, sympy.Symbol, str, float, float | None], ...]
+    definitions: tuple[Definition, ...]
+    relatives: tuple[Relative, ...]
+    absolute_angles: tuple[str, ...]
+    torques: Mapping[str, sympy.Expr]
+    mass: Mapping[tuple[str, str], sympy.Expr]
+    constraints: tuple[Mapping[str, sympy.Expr], ...]
+    rates: Mapping[sympy.Symbol, sympy.Expr]
+    stored_energy: sympy.Expr
+    dissipated_power: sympy.Expr
+    supplied_power: sympy.Expr
+    modal_ratio: str | None
+    guards: tuple[Guard, ...]
+    sense: int
+    law: Mapping[str, Any]
+    """The expressions as the element wrote them, for printing and for proofs: definitions, torques, energies."""
+
+
+@dataclass(frozen=True)
+class Instance:
+    """One element: which template, which parameters of the driveline, which nodes."""
+
+    name: str
+    template: int
+    symbols: Mapping[sympy.Symbol, sympy.Symbol]
+    nodes: Mapping[str, int]
+    clocks: Mapping[str, int]
+    forms: tuple[int, ...]
+    states: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter, or a series of them, with its SI value."""
+
+    name: str
+    unit: str
+    symbols: tuple[sympy.Symbol, ...]
+    values: tuple[float, ...]
+    series: bool = False
+    expression: sympy.Expr | None = None
+    positive: bool = False
+    nonnegative: bool = False
+    integer: bool = False
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class DerivedParameter:
+    """Parameters computed by a NumPy function from others before the parameter stage."""
+
+    name: str
+    unit: str
+    symbols: tuple[sympy.Symbol, ...]
+    function: Callable[..., Any]
+    arguments: Mapping[str, str | tuple[int, ...] | float]
+
+
+@dataclass(frozen=True)
+class Node:
+    """Flanges that share an angle; ``ratio`` is its angle per angle of its group (rigid gears may join nodes to a group)."""
+
+    name: str
+    flanges: tuple[str, ...]
+    group: int
+    ratio: sympy.Expr
+
+
+@dataclass(frozen=True)
+class Form:
+    """A relative angle over groups: sum(c_g * angle_g). ``state`` is its state if it is one of the chosen coordinates."""
+
+    name: str
+    unit: str
+    coefficients: Mapping[int, sympy.Expr]
+    sees_angle: bool
+    state: int | None = None
+
+
+@dataclass(frozen=True)
+class Step:
+    """How a group's angle follows from the states: it is a root's own state, or it is solved from a form."""
+
+    group: int
+    state: int
+    form: int | None
+
+
+@dataclass(frozen=True)
+class BaseClock:
+    """A base frequency: ``multiple`` times the operating speed, exact in the whole-number parameters."""
+
+    name: str
+    multiple: sympy.Expr
+
+
+@dataclass(frozen=True)
+class StateVariable:
+    """A state: kind is "rigid", "vibrating" or "own", each with a rate except own states; scale None is worked out per case."""
+
+    name: str
+    unit: str
+    kind: str
+    is_rate: bool = False
+    start: float = 0.0
+    scale: float | None = None
+
+
+@dataclass(frozen=True)
+class Output:
+    """A named channel with its unit."""
+
+    name: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class Equations:
+    """M q'' = f(t, q, q', p) of a whole driveline, as templates and instances; the second of the seven records.
+
+    Angles are counted from uniform rotation at the operating speed. ``states`` are the rigid angles (roots) and the vibrating
+    relative angles, then their rates, then the elements' own states. ``rigid`` lists the states of rigid rotations whose angle
+    drops out of every law: adding to them changes nothing.
+    """
+
+    name: str
+    description: str
+    templates: tuple[Template, ...]
+    instances: tuple[Instance, ...]
+    parameters: tuple[Parameter, ...]
+    derived: tuple[DerivedParameter, ...]
+    nodes: tuple[Node, ...]
+    groups: tuple[str, ...]
+    grounded: tuple[bool, ...]
+    ratios: tuple[sympy.Expr, ...]
+    mean_speeds: tuple[sympy.Expr, ...]
+    forms: tuple[Form, ...]
+    steps: tuple[Step, ...]
+    clocks: tuple[BaseClock, ...]
+    states: tuple[StateVariable, ...]
+    outputs: tuple[Output, ...]
+    rigid: tuple[int, ...]
+    reference: str | None
+    speed: sympy.Symbol | None
+    modal_ratio: str | None
+    balanced: tuple[str, ...]
+    drifts: bool
+    inputs: tuple[str, ...] = ()
+    tables: tuple[str, ...] = ()
+    constraints: tuple[Mapping[int, sympy.Expr], ...] = ()
+    modes: Mapping[str, tuple[str, ...]] = ()  # type: ignore[assignment]  # empty until elements have discrete modes
+    guards: tuple[tuple[str, Guard], ...] = ()
+    assemblies: Mapping[str, tuple[str, ...]] = ()  # type: ignore[assignment]  # empty for a flat driveline
+
+    def __str__(self) -> str:
+        rigid = sum(not state.is_rate and state.kind == "rigid" for state in self.states)
+        vibrating = sum(not state.is_rate and state.kind == "vibrating" for state in self.states)
+        own = sum(state.kind == "own" for state in self.states)
+        rows = [
+            f"equations of {self.name!r}: {len(self.groups)} degrees of freedom",
+            f"  {len(self.states)} states: {rigid} rigid and {vibrating} vibrating angles, their rates" + (f", {own} own" if own else ""),
+            f"  {sum(len(each.symbols) for each in self.parameters)} parameters in {len(self.parameters)} names, {len(self.derived)} derived",
+            f"  {len(self.instances)} elements of {len(self.templates)} laws, {len(self.clocks)} base frequencies, {len(self.outputs)} outputs",
+        ]
+        return "\n".join(rows)
+
+    __repr__ = __str__

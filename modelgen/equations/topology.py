@@ -1,0 +1,191 @@
+"""How a driveline hangs together: nodes, groups joined by rigid gears, relative angles, and which of them become states.
+
+Part of the grammar. The coordinates are chosen greedily: a relative angle that sees exactly one group not yet placed places it
+and becomes a state; when none does, a group becomes a root with an angle of its own, a rigid rotation. What sees only placed
+groups is dependent (a closed loop). Ground counts as placed from the start, so a driveline tied to ground has no root.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import sympy
+
+from modelgen.errors import ModelError, NamingError, nearest
+from modelgen.model import Driveline, Element, Flange
+
+Coefficients = Mapping[int, sympy.Expr]
+
+
+class Exact:
+    """Evaluates parameter expressions exactly where the parameters are whole numbers."""
+
+    def __init__(self, values: Mapping[sympy.Symbol, float]) -> None:
+        self.values = values
+
+    def __call__(self, expression: sympy.Expr) -> sympy.Expr:
+        swap = {}
+        for symbol in expression.free_symbols:
+            value = self.values[symbol]
+            swap[symbol] = sympy.Integer(int(value)) if symbol.is_integer else sympy.Float(value)
+        return expression.xreplace(swap)
+
+    def vanishes(self, total: sympy.Expr, size: sympy.Expr) -> bool:
+        """Whether a sum is zero: exactly for whole numbers, else to rounding relative to ``size``."""
+        value = self(total)
+        return bool(value == 0) or bool(value.is_Float and abs(value) <= 1e-12 * abs(self(size)))
+
+
+def join_flanges(line: Driveline) -> tuple[list[list[str]], dict[str, int]]:
+    """Nodes as lists of ``element.flange`` and the node of each; raises for a dangling flange or an unknown name."""
+    parent = {f"{e.name}.{f}": f"{e.name}.{f}" for e in line.elements for f in e.declared(Flange)}
+
+    def root(name: str) -> str:
+        while parent[name] != name:
+            parent[name] = parent[parent[name]]
+            name = parent[name]
+        return name
+
+    def join(first: str, second: str) -> None:
+        parent[root(second)] = root(first)
+
+    for element in line.elements:
+        for flange, target in element.targets.items():
+            name, other = line.flange(target, f"{element.where}, flange {flange!r}")
+            if name == element.name:
+                raise ModelError(element.where, f"flange {flange!r} is joined to the element itself", "join it to another element")
+            join(f"{name}.{other}", f"{element.name}.{flange}")
+    for first, second in line.connections:
+        pair = [".".join(line.flange(text, f"connection {first!r} - {second!r}")) for text in (first, second)]
+        join(*pair)
+    nodes: dict[str, list[str]] = {}
+    for name in parent:
+        nodes.setdefault(root(name), []).append(name)
+    for members in nodes.values():
+        if len(members) == 1 and len(line.elements) > 1:
+            name, flange = members[0].split(".")
+            element = line[name]
+            what = f"flange {flange!r} is joined to nothing" if len(element.declared(Flange)) > 1 else "is joined to nothing"
+            raise ModelError(element.where, what, f'give {flange}="name of an element" or connect({members[0]!r}, ...)')
+    listed = list(nodes.values())
+    return listed, {name: index for index, members in enumerate(listed) for name in members}
+
+
+def check_connected(line: Driveline, nodes: Sequence[Sequence[str]], node_of: Mapping[str, int]) -> None:
+    """Raises ModelError when the driveline falls into parts."""
+    neighbors: dict[int, set[int]] = {index: set() for index in range(len(nodes))}
+    for element in line.elements:
+        touched = {node_of[f"{element.name}.{f}"] for f in element.declared(Flange)}
+        for node in touched:
+            neighbors[node] |= touched
+    reached, waiting = {0}, [0]
+    while waiting:
+        for other in neighbors[waiting.pop()] - reached:
+            reached.add(other)
+            waiting.append(other)
+    apart = [nodes[index][0].split(".")[0] for index in neighbors if index not in reached]
+    if apart:
+        inside = nodes[0][0].split(".")[0]
+        shown = ", ".join(repr(name) for name in apart[:4]) + (" ..." if len(apart) > 4 else "")
+        raise ModelError(f"driveline {line.name!r}", f"falls into parts: {shown} has no path to {inside!r}", "join the parts with an element")
+
+
+def check_senses(elements: Iterable[Element], senses: Iterable[int], node_of: Mapping[str, int]) -> None:
+    """Raises ModelError when a closed loop of gears would have to turn against itself."""
+    parent: dict[int, tuple[int, int]] = {}
+
+    def root(node: int) -> tuple[int, int]:
+        above, sense = parent.get(node, (node, 1))
+        if above == node:
+            return node, 1
+        top, further = root(above)
+        parent[node] = (top, sense * further)
+        return parent[node]
+
+    for element, sense in zip(elements, senses, strict=True):
+        ends = [node_of[f"{element.name}.{f}"] for f in element.declared(Flange)]
+        if len(ends) != 2:
+            continue
+        (first, s1), (second, s2) = root(ends[0]), root(ends[1])
+        if first != second:
+            parent[second] = (first, s1 * s2 * sense)
+        elif s1 * s2 != sense:
+            raise ModelError(
+                element.where,
+                "closes a loop of gears whose senses of rotation contradict",
+                "an even number of external gear pairs must lie on a closed loop",
+            )
+
+
+@dataclass
+class Placement:
+    """Which groups are placed by which form, and in what order."""
+
+    steps: list[tuple[int, int | None]] = field(default_factory=list)
+    dependent: list[int] = field(default_factory=list)
+
+
+def place(count: int, forms: Sequence[Coefficients], first: int, names: Sequence[str] = ()) -> Placement:
+    """Chooses the coordinates: order of groups, each with the form that places it (None for a root)."""
+    result = Placement()
+    placed: set[int] = set()
+    touching: dict[int, list[int]] = {group: [] for group in range(count)}
+    missing = [set(form) for form in forms]
+    for index, form in enumerate(forms):
+        for group in form:
+            touching[group].append(index)
+    ready = [index for index, groups in enumerate(missing) if len(groups) == 1]
+    used: set[int] = set()
+
+    def put(group: int, form: int | None) -> None:
+        placed.add(group)
+        result.steps.append((group, form))
+        for index in touching[group]:
+            missing[index].discard(group)
+            if len(missing[index]) == 1:
+                ready.append(index)
+
+    roots = iter([first, *(group for group in range(count) if group != first)])
+    while len(placed) < count:
+        while ready:
+            index = ready.pop(0)
+            if len(missing[index]) == 1:
+                used.add(index)
+                put(next(iter(missing[index])), index)
+        if len(placed) < count:
+            put(next(group for group in roots if group not in placed), None)
+    result.dependent = [index for index, form in enumerate(forms) if index not in used]
+    return result
+
+
+def solve_ratio(steps: Sequence[tuple[int, int | None]], forms: Sequence[Coefficients], roots: Mapping[int, sympy.Expr]) -> dict[int, sympy.Expr]:
+    """Angles of all groups when the roots turn by the given angles and every relative angle stays zero."""
+    angle: dict[int, sympy.Expr] = {}
+    for group, index in steps:
+        if index is None:
+            angle[group] = roots.get(group, sympy.Integer(0))
+        else:
+            form = forms[index]
+            rest = sympy.Add(*(c * angle[g] for g, c in form.items() if g != group))
+            angle[group] = -rest / form[group]
+    return angle
+
+
+def reference_group(line: Driveline, node_of: Mapping[str, int], group_of: Sequence[int]) -> int:
+    """Group of the reference shaft; the first group where none is named."""
+    if line.reference is None:
+        if line.speed is not None and len(line.elements):
+            raise ModelError(f"driveline {line.name!r}", "has an operating speed but no reference shaft", 'give reference="name of an inertia"')
+        return 0
+    return group_of[shaft_node(line, line.reference, node_of, "reference shaft")]
+
+
+def shaft_node(line: Driveline, name: str, node_of: Mapping[str, int], what: str) -> int:
+    """Node of an element named as a shaft (its only or first flange)."""
+    where = f"{what} {name!r}"
+    if name.partition(".")[0] not in line.names:
+        raise NamingError(where, "there is no such element", nearest(name, line.names))
+    if "." not in name:
+        return node_of[f"{name}.{next(iter(line[name].declared(Flange)))}"]
+    return node_of[".".join(line.flange(name, where))]

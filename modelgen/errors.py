@@ -1,0 +1,72 @@
+"""The words of failure: every refusal says where, what was found, and what to do.
+
+Stands above everything else: any package may raise these, none catches them silently.
+A message reads ``where: problem; remedy`` so that it can be understood without a traceback.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class ModelgenError(Exception):
+    """A refusal in one sentence: ``where: problem; remedy``.
+
+    >>> raise ModelError("shaft 's'", "stiffness is -1 N*m/rad", "give a positive value")
+    Traceback (most recent call last):
+    ...
+    modelgen.errors.ModelError: shaft 's': stiffness is -1 N*m/rad; give a positive value
+    """
+
+    def __init__(self, where: str, problem: str, remedy: str = "") -> None:
+        self.where, self.problem, self.remedy = where, problem, remedy
+        super().__init__(f"{where}: {problem}" + (f"; {remedy}" if remedy else ""))
+
+    def __reduce__(self) -> tuple[type, tuple[str, str, str]]:
+        # The default reduction would call the class with the joined message only, and a worker's error would be lost.
+        return type(self), (self.where, self.problem, self.remedy)
+
+
+class ModelError(ModelgenError):
+    """The driveline as described cannot exist or cannot be solved."""
+
+
+class ModelFileError(ModelError):
+    """A model file cannot be read; ``where`` names the file and, if known, the line or table."""
+
+
+class NamingError(ModelError):
+    """A name is unlawful, already taken, or unknown."""
+
+
+class UnitError(ModelError):
+    """A unit is unknown, missing, or of the wrong dimension."""
+
+
+class BalanceError(ModelError):
+    """The mean torques do not balance, so the operating speed cannot be held."""
+
+
+class LoweringError(ModelgenError):
+    """A symbolic expression has no numeric counterpart."""
+
+
+class CaseError(ModelgenError):
+    """A request (case, option, argument, channel) cannot be carried out."""
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """The remedy for an unknown name: the nearest known one, or the list when it is short.
+
+    >>> nearest("shaft.tork", ["shaft.torque", "shaft.twist"])
+    "nearest is 'shaft.torque'"
+    """
+    options = list(known)
+    close = difflib.get_close_matches(name, options, n=1, cutoff=0.5)
+    if close:
+        return f"nearest is {close[0]!r}"
+    if not options:
+        return "there are none here"
+    shown = ", ".join(options[:12]) + (", ..." if len(options) > 12 else "")
+    return f"known are {shown}"

@@ -1,0 +1,166 @@
+"""The compiled driveline: CasADi functions with names and units. Third of the seven records.
+
+Calls are strict: CasADi itself would fill a missing argument with zero, repeat a scalar, or take a transposed row. The fast path
+(``fast_rhs``) checks once and then costs about a microsecond per call.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from modelgen.equations.records import Equations
+from modelgen.errors import CaseError, nearest
+from modelgen.lowering.parameters import ParameterTable
+
+Vector = Sequence[float] | np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Compiled:
+    """Numeric functions of one driveline; nothing in it is rebuilt when a parameter changes.
+
+    ``expressions`` hands out plain CasADi SX (keys t, x, p, ode, outputs) for other tools. ``mean_model`` holds the functions for
+    equilibrium and linearization: torque(angle, speed, own, p, w), linear(...) -> M, C, K, timed(clock angles, t, p) -> w,
+    means(p) -> values and flags, angles(x, p), coordinates(angle, speed, own, p), frequencies(p), ratios(p).
+    """
+
+    equations: Equations
+    parameters: ParameterTable
+    expressions: Mapping[str, ca.SX]
+    states: tuple[str, ...]
+    outputs: tuple[str, ...]
+    units: tuple[str, ...]
+    mean_model: Mapping[str, ca.Function]
+
+    @property
+    def name(self) -> str:
+        """Name of the driveline."""
+        return self.equations.name
+
+    @functools.cached_property
+    def rhs_function(self) -> ca.Function:
+        """CasADi function (t, x, p) -> time derivative of x."""
+        e = self.expressions
+        return ca.Function("rhs", [e["t"], e["x"], e["p"]], [ca.densify(e["ode"])], ["t", "x", "p"], ["ode"])
+
+    @functools.cached_property
+    def jacobian_function(self) -> ca.Function:
+        """CasADi function (t, x, p) -> derivative of the right-hand side by x, sparse."""
+        e = self.expressions
+        return ca.Function("jacobian", [e["t"], e["x"], e["p"]], [ca.jacobian(e["ode"], e["x"])], ["t", "x", "p"], ["jacobian"])
+
+    @functools.cached_property
+    def output_function(self) -> ca.Function:
+        """CasADi function (t, x, p) -> all output channels."""
+        e = self.expressions
+        return ca.Function("outputs", [e["t"], e["x"], e["p"]], [ca.densify(e["outputs"])], ["t", "x", "p"], ["outputs"])
+
+    def rhs(self, t: float, x: Vector, p: Vector) -> np.ndarray:
+        """Time derivative of the state at time t [s]. Raises CaseError unless shapes fit and all numbers are finite."""
+        return np.asarray(self.rhs_function(*self._checked(t, x, p))).ravel()
+
+    def jacobian(self, t: float, x: Vector, p: Vector) -> np.ndarray:
+        """Derivative of the right-hand side by the state, dense (n, n)."""
+        return np.asarray(self.jacobian_function(*self._checked(t, x, p)).full())
+
+    def evaluate(self, t: float, x: Vector, p: Vector) -> dict[str, float]:
+        """All output channels at one instant, by name."""
+        values = np.asarray(self.output_function(*self._checked(t, x, p))).ravel()
+        return dict(zip(self.outputs, values.tolist(), strict=True))
+
+    def channels(self, times: np.ndarray, states: np.ndarray, p: Vector, names: Sequence[str] | None = None) -> dict[str, np.ndarray]:
+        """Output channels over a trajectory: times (n,), states (n, number of states). Raises CaseError for an unknown name."""
+        rows = range(len(self.outputs)) if names is None else [self.output_index(name) for name in names]
+        if len(times) == 0:
+            return {self.outputs[row]: np.empty(0) for row in rows}
+        function = self._selected(tuple(rows))
+        mapped = function.map(len(times))
+        values = np.asarray(mapped(np.asarray(times, dtype=float)[None, :], np.asarray(states, dtype=float).T, np.asarray(p, dtype=float)))
+        return {self.outputs[row]: values[index] for index, row in enumerate(rows)}
+
+    @functools.lru_cache(maxsize=8)  # noqa: B019 - a compiled driveline lives as long as the session
+    def _selected(self, rows: tuple[int, ...]) -> ca.Function:
+        e = self.expressions
+        return ca.Function("channels", [e["t"], e["x"], e["p"]], [ca.densify(e["outputs"][list(rows)])])
+
+    def output_index(self, name: str) -> int:
+        """Row of an output channel. Raises CaseError with the nearest name."""
+        if name not in self.outputs:
+            raise CaseError(f"driveline {self.name!r}", f"no output {name!r}", nearest(name, self.outputs))
+        return self.outputs.index(name)
+
+    def unit(self, name: str) -> str:
+        """Unit of an output channel."""
+        return self.units[self.output_index(name)]
+
+    def state_index(self, name: str) -> int:
+        """Position of a state in x. Raises CaseError with the nearest name."""
+        if name not in self.states:
+            raise CaseError(f"driveline {self.name!r}", f"no state {name!r}", nearest(name, self.states))
+        return self.states.index(name)
+
+    def fast_rhs(self, p: Vector) -> Callable[[float, np.ndarray], np.ndarray]:
+        """A right-hand side f(t, x) for tight loops with the parameters fixed; it returns the same array every time."""
+        function = self.rhs_function
+        _, x, p_checked = self._checked(0.0, np.zeros(len(self.states)), p)
+        buffer, trigger = function.buffer()
+        t, out = np.zeros(1), np.zeros(len(self.states))
+        for index, array in enumerate((t, x, p_checked)):
+            buffer.set_arg(index, memoryview(array))
+        buffer.set_res(0, memoryview(out))
+
+        def fast(time: float, state: np.ndarray) -> np.ndarray:
+            t[0] = time
+            x[:] = state
+            trigger()
+            return out
+
+        fast.keep = (function, buffer, x, p_checked)  # type: ignore[attr-defined]  # the buffers must outlive the call
+        return fast
+
+    def _checked(self, t: float, x: Vector, p: Vector) -> tuple[float, np.ndarray, np.ndarray]:
+        found = []
+        for name, value, size in (("t", t, None), ("x", x, len(self.states)), ("p", p, self.parameters.size)):
+            array = np.array(value, dtype=float)
+            if array.shape != (() if size is None else (size,)):
+                what = "a scalar" if size is None else f"a vector of {size}"
+                raise CaseError(f"driveline {self.name!r}, {name}", f"has the shape {array.shape}", f"give {what}")
+            if not np.all(np.isfinite(array)):
+                raise CaseError(f"driveline {self.name!r}, {name}", "is not finite", "give finite numbers")
+            found.append(array)
+        return float(found[0]), found[1], found[2]
+
+    @functools.cached_property
+    def fingerprint(self) -> str:
+        """SHA-256 of what the driveline computes: its expressions with their names, not its parameter values."""
+        text = hashlib.sha256()
+        text.update("\n".join((*self.states, *self.outputs, *self.units, *self.parameters.labels())).encode())
+        for function in (self.rhs_function, self.output_function):
+            text.update(_instructions(function).encode())
+        return text.hexdigest()
+
+    def __str__(self) -> str:
+        count = self.rhs_function.n_instructions()
+        jacobian = self.jacobian_function.nnz_out(0)
+        return (
+            f"compiled {self.name!r}: {len(self.states)} states, {self.parameters.size} parameters, {len(self.outputs)} outputs\n"
+            f"  right-hand side of {count} instructions, Jacobian with {jacobian} entries"
+        )
+
+    __repr__ = __str__
+
+
+def _instructions(function: Any) -> str:
+    """The instruction list of an SX function as text; equal for equal computations."""
+    rows = []
+    for k in range(function.n_instructions()):
+        constant = function.instruction_constant(k) if function.instruction_id(k) == ca.OP_CONST else ""
+        rows.append(f"{function.instruction_id(k)} {function.instruction_output(k)} {function.instruction_input(k)} {constant!r}")
+    return "\n".join(rows)

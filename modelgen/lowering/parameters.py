@@ -1,0 +1,134 @@
+"""Parameters by name: one flat vector inside, names, units and limits outside.
+
+Part of the compiler. A parameter is changed by its name (``zeta``, ``coupling.stiffness``, ``firing.cosine[3]``), never by an
+index; a change never compiles anything. Expressions and derived parameters follow the ones they depend on.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import sympy
+
+from modelgen.equations.records import Equations, Parameter
+from modelgen.errors import CaseError, ModelError, NamingError, nearest
+from modelgen.lowering.visitor import Visitor
+from modelgen.units import read_quantity
+
+Values = Mapping[str, Any]
+_ROW = re.compile(r"(.+)\[(\d+)\]")
+MODAL = "modal.damping"
+
+
+class ParameterTable:
+    """Where each parameter stands in the vector p, and how a vector is made from values by name."""
+
+    def __init__(self, equations: Equations) -> None:
+        self.parameters = {parameter.name: parameter for parameter in equations.parameters}
+        self.derived = {each.name: each for each in equations.derived}
+        self.slices: dict[str, slice] = {}
+        self.symbols: list[sympy.Symbol] = []
+        for each in (*equations.parameters, *equations.derived):
+            self.slices[each.name] = slice(len(self.symbols), len(self.symbols) + len(each.symbols))
+            self.symbols += each.symbols
+        modal = len(equations.groups) ** 2 if equations.modal_ratio else 0
+        self.slices[MODAL] = slice(len(self.symbols), len(self.symbols) + modal)
+        self.size = len(self.symbols) + modal
+        self.vector_symbol = ca.SX.sym("p", self.size)
+        self.table = {symbol: self.vector_symbol[index] for index, symbol in enumerate(self.symbols)}
+        self._expressions = self._compile_expressions()
+
+    def _compile_expressions(self) -> dict[str, ca.Function]:
+        visitor = Visitor(self.table, "parameters")
+        found = {}
+        for name, parameter in self.parameters.items():
+            if parameter.expression is not None:
+                found[name] = ca.Function("expression", [self.vector_symbol], [visitor(parameter.expression)])
+        return found
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the parameters that can be set."""
+        return tuple(self.parameters)
+
+    def labels(self) -> list[str]:
+        """A name for every entry of p."""
+        names = []
+        for name, where in self.slices.items():
+            count = where.stop - where.start
+            series = name == MODAL or name in self.derived or self.parameters[name].series
+            names += [f"{name}[{row}]" for row in range(1, count + 1)] if series else [name]
+        return names
+
+    def vector(self, values: Values | None = None) -> np.ndarray:
+        """The vector p for the model's own values with some changed by name; SI numbers or texts with units.
+
+        Raises NamingError for an unknown name, ModelError or UnitError for an unlawful value.
+        """
+        p = np.zeros(self.size)
+        for name, parameter in self.parameters.items():
+            p[self.slices[name]] = parameter.values
+        changed = dict(values or {})
+        for name, value in changed.items():
+            self._put(p, name, value)
+        for name, function in self._expressions.items():
+            if name not in changed:
+                p[self.slices[name]] = float(function(p))
+        for name, derived in self.derived.items():
+            arguments = {key: self._argument(p, source) for key, source in derived.arguments.items()}
+            result = np.asarray(derived.function(**arguments), dtype=float).ravel()
+            if result.shape != (len(derived.symbols),) or not np.all(np.isfinite(result)):
+                raise ModelError(f"derived parameter {name!r}", f"came out as {result[:4]}", "check the parameters it depends on")
+            p[self.slices[name]] = result
+        return p
+
+    def _argument(self, p: np.ndarray, source: str | tuple[int, ...] | float) -> Any:
+        if not isinstance(source, str):
+            return source
+        values = p[self.slices[source]]
+        return values.copy() if self.parameters[source].series else float(values[0])
+
+    def _put(self, p: np.ndarray, name: str, value: Any) -> None:
+        row = _ROW.fullmatch(name)
+        base = row[1] if row else name
+        if base not in self.parameters:
+            hint = nearest(base, self.parameters)
+            if base in self.derived:
+                raise NamingError(f"parameter {base!r}", "is derived from others", f"set {', '.join(map(str, self.derived[base].arguments))}")
+            raise NamingError(f"parameter {name!r}", "is not known", hint)
+        parameter, where = self.parameters[base], self.slices[base]
+        if row:
+            index = int(row[2]) - 1
+            if not parameter.series or not 0 <= index < len(parameter.symbols):
+                raise NamingError(f"parameter {name!r}", f"has no such row; it has {len(parameter.symbols)}", "rows count from 1")
+            where = slice(where.start + index, where.start + index + 1)
+        p[where] = self._read(parameter, name, value, where.stop - where.start)
+
+    def _read(self, parameter: Parameter, name: str, value: Any, count: int) -> np.ndarray:
+        where = f"parameter {name!r}"
+        if isinstance(value, str):
+            value = read_quantity(value, parameter.unit, where)
+        try:
+            numbers = np.asarray(value, dtype=float).ravel()
+        except (TypeError, ValueError):
+            raise CaseError(where, f"{value!r} is not a number", f"give it in {parameter.unit}") from None
+        if numbers.shape != (count,):
+            raise CaseError(where, f"got {numbers.size} values", f"it has {count}")
+        if not np.all(np.isfinite(numbers)):
+            raise CaseError(where, f"{value!r} is not finite", f"give it in {parameter.unit}")
+        for limit, wrong, advice in (
+            (parameter.positive, np.any(numbers <= 0), "give a positive value"),
+            (parameter.nonnegative, np.any(numbers < 0), "give zero or a positive value"),
+            (parameter.integer, np.any(numbers != np.floor(numbers)), "give a whole number"),
+        ):
+            if limit and wrong:
+                raise ModelError(where, f"is {value!r} {parameter.unit}", advice)
+        return numbers
+
+    def value(self, p: np.ndarray, name: str) -> float:
+        """The value of one parameter in a vector p."""
+        return float(p[self.slices[name]][0])

@@ -1,0 +1,268 @@
+"""The driveline: named elements, how they are joined, shared parameters, and one operating speed.
+
+First of the seven records. It is a value: every method that changes something returns a new driveline.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from types import MappingProxyType
+from typing import Any
+
+from modelgen.errors import ModelError, NamingError, UnitError, nearest
+from modelgen.model.declarations import Flange
+from modelgen.model.element import Element, Shared
+from modelgen.model.names import identifier, model_name
+from modelgen.units import finite, read_any, read_quantity
+
+RESERVED = ("speed", "total", "time")
+"""Names that the driveline itself uses for the operating speed, the sums over all elements, and time."""
+
+
+@dataclass(frozen=True)
+class NamedParameter:
+    """A parameter of the driveline that elements may share: a value with its unit, or an expression in other parameters."""
+
+    value: float | tuple[float, ...] = 0.0
+    unit: str = "1"
+    expression: str | None = None
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class BaseFrequency:
+    """``order`` cycles per turn of the named shaft (per turn of the reference shaft when none is named); order is exact."""
+
+    order: Fraction
+    shaft: str | None = None
+
+
+@dataclass(frozen=True)
+class Driveline:
+    """Named elements and their connections; the first of the seven records.
+
+    A branched driveline, an engine that drives a pump through a gear pair and a fan through a belt-like shaft:
+
+    >>> from modelgen import Driveline, GearPair, HarmonicTorque, Inertia, Shaft
+    >>> line = Driveline(
+    ...     "branched", speed="1500 rpm", reference="engine",
+    ...     elements=[
+    ...         Inertia("engine", inertia="2.5 kg*m^2"),
+    ...         Inertia("fan", inertia="0.4 kg*m^2"),
+    ...         Inertia("pinion", inertia="0.05 kg*m^2"),
+    ...         Inertia("wheel", inertia="0.8 kg*m^2"),
+    ...         Inertia("pump", inertia="1.2 kg*m^2"),
+    ...         Shaft("fan_shaft", "engine", "fan", stiffness="20 kN*m/rad"),
+    ...         Shaft("coupling", "engine", "pinion", stiffness="90 kN*m/rad"),
+    ...         GearPair("mesh", "pinion", "wheel", teeth_a=21, teeth_b=63, module="4 mm", mean_stiffness="8e8 N/m"),
+    ...         Shaft("pump_shaft", "wheel", "pump", stiffness="60 kN*m/rad"),
+    ...         HarmonicTorque("firing", "engine", mean="300 N*m", cosine=[500.0], base="firing_order"),
+    ...         HarmonicTorque("load", "pump", mean="-900 N*m"),
+    ...     ],
+    ...     bases={"firing_order": ("engine", 2)},
+    ... )
+    >>> print(line)
+    driveline 'branched': 11 elements (5 inertia, 3 shaft, 1 gear_pair, 2 harmonic_torque) at 1500 rpm of 'engine'
+    """
+
+    name: str
+    elements: tuple[Element, ...] = ()
+    connections: tuple[tuple[str, str], ...] = ()
+    parameters: Mapping[str, NamedParameter] = field(default_factory=dict)
+    speed: float | None = None
+    reference: str | None = None
+    bases: Mapping[str, BaseFrequency] = field(default_factory=dict)
+    balanced: tuple[str, ...] = ()
+    assemblies: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    drifts: bool = False
+    description: str = ""
+
+    def __post_init__(self) -> None:
+        where = f"driveline {self.name!r}"
+        model_name(self.name, "driveline")
+        put = object.__setattr__
+        put(self, "elements", tuple(self.elements))
+        put(self, "connections", tuple((str(a), str(b)) for a, b in self.connections))
+        put(self, "balanced", tuple(self.balanced))
+        put(self, "parameters", MappingProxyType({key: _named(key, value) for key, value in self.parameters.items()}))
+        put(self, "bases", MappingProxyType({key: _base(key, value) for key, value in self.bases.items()}))
+        put(self, "assemblies", MappingProxyType({key: tuple(value) for key, value in self.assemblies.items()}))
+        if isinstance(self.speed, str):
+            put(self, "speed", read_quantity(self.speed, "rad/s", f"{where}, speed"))
+        if self.speed is not None:
+            put(self, "speed", finite(float(self.speed), f"{where}, speed"))
+            if self.speed <= 0:
+                raise ModelError(where, f"the operating speed is {self.speed:g} rad/s", "give a positive speed: angles count forward")
+        self._check_names(where)
+
+    def _check_names(self, where: str) -> None:
+        taken: dict[str, str] = {}
+        for kind, names in (
+            ("parameter", self.parameters),
+            ("base frequency", self.bases),
+            ("element", [element.name for element in self.elements]),
+        ):
+            for name in names:
+                identifier(name, where, kind)
+                if name in RESERVED:
+                    raise NamingError(where, f"{kind} {name!r} has a name that modelgen uses itself", "choose another name")
+                if name in taken:
+                    raise NamingError(where, f"the name {name!r} is given twice ({taken[name]} and {kind})", "rename one of them")
+                taken[name] = kind
+
+    # -- looking up ------------------------------------------------------------------------------------------------------
+
+    @property
+    def names(self) -> dict[str, Element]:
+        """Elements by name, in order."""
+        return {element.name: element for element in self.elements}
+
+    def __getitem__(self, name: str) -> Element:
+        names = self.names
+        if name not in names:
+            raise NamingError(f"driveline {self.name!r}", f"has no element {name!r}", nearest(name, names))
+        return names[name]
+
+    def flange(self, text: str, where: str) -> tuple[str, str]:
+        """Element and flange that ``"shaft.b"`` names; the flange may be left out where the element has only one."""
+        name, dot, flange = text.partition(".")
+        names = self.names
+        if name not in names:
+            raise NamingError(where, f"is joined to {text!r}, but there is no element {name!r}", nearest(name, names))
+        flanges = names[name].declared(Flange)
+        if not dot:
+            if len(flanges) != 1:
+                hint = " or ".join(f"{name}.{each}" for each in flanges)
+                raise ModelError(where, f"is joined to {text!r}, which has {len(flanges)} flanges", f"write {hint}")
+            return name, next(iter(flanges))
+        if flange not in flanges:
+            raise NamingError(where, f"{names[name].where} has no flange {flange!r}", nearest(flange, flanges))
+        return name, flange
+
+    # -- a driveline that differs in something -----------------------------------------------------------------------------
+
+    def add(self, *elements: Element) -> Driveline:
+        """With more elements."""
+        return replace(self, elements=(*self.elements, *elements))
+
+    def connect(self, first: str, second: str) -> Driveline:
+        """With two flanges joined, each named ``element.flange``, or ``element`` where it has only one."""
+        for text in (first, second):
+            self.flange(text, f"connection {first!r} - {second!r}")
+        return replace(self, connections=(*self.connections, (first, second)))
+
+    def balance(self, *loads: str) -> Driveline:
+        """With the named loads scaled so that the mean power closes at whatever speed, ratio and parameters are set."""
+        for name in loads:
+            element = self[name]
+            if element.balanced_by is None:
+                able = [each.name for each in self.elements if each.balanced_by]
+                raise ModelError(element.where, "is no load that can be scaled", nearest(name, able))
+        return replace(self, balanced=loads)
+
+    def set(self, **values: Any) -> Driveline:
+        """With other values of the driveline's own parameters, or of its operating ``speed``."""
+        speed = values.pop("speed", self.speed)
+        parameters: dict[str, Any] = dict(self.parameters)
+        for key, value in values.items():
+            if key not in parameters:
+                raise NamingError(f"driveline {self.name!r}", f"has no parameter {key!r}", nearest(key, [*parameters, "speed"]))
+            new = _named(key, value)
+            old = parameters[key]
+            if new.expression is None and isinstance(value, (int, float)):
+                new = replace(new, unit=old.unit)
+            parameters[key] = replace(new, note=old.note)
+        return replace(self, parameters=parameters, speed=speed)
+
+    def change(self, kind_or_name: str, **values: Any) -> Driveline:
+        """With other values or switches of one element, or of every element of a kind."""
+        chosen = {e.name for e in self.elements if kind_or_name in (e.name, e.kind)}
+        if not chosen:
+            known = [*self.names, *{element.kind for element in self.elements}]
+            raise NamingError(f"driveline {self.name!r}", f"has no element or kind {kind_or_name!r}", nearest(kind_or_name, known))
+        return replace(self, elements=tuple(e.copy(**values) if e.name in chosen else e for e in self.elements))
+
+    def include(self, prefix: str, other: Driveline) -> Driveline:
+        """With another driveline taken in as a sub-assembly; its elements are renamed ``prefix_name``, its parameters shared."""
+        rename = {element.name: identifier(f"{prefix}_{element.name}", f"assembly {prefix!r}") for element in other.elements}
+
+        def moved(target: str) -> str:
+            name, dot, flange = target.partition(".")
+            return rename.get(name, name) + dot + flange
+
+        elements = [
+            element.copy(rename[element.name], **{key: moved(target) for key, target in element.targets.items()})
+            for element in other.elements
+        ]
+        bases = {key: replace(base, shaft=rename.get(base.shaft or "", base.shaft)) for key, base in other.bases.items()}
+        for key, value in (*other.parameters.items(), *bases.items()):
+            mine = self.parameters.get(key) or self.bases.get(key)
+            if mine is not None and mine != value:
+                raise NamingError(f"assembly {prefix!r}", f"{key!r} differs from the driveline's own", "rename one of them")
+        return replace(
+            self,
+            elements=(*self.elements, *elements),
+            connections=(*self.connections, *((moved(a), moved(b)) for a, b in other.connections)),
+            parameters={**self.parameters, **other.parameters},
+            bases={**self.bases, **bases},
+            balanced=(*self.balanced, *(rename[name] for name in other.balanced)),
+            assemblies={**self.assemblies, prefix: tuple(rename.values())},
+        )
+
+    def parameter_of(self, element: Element, key: str) -> NamedParameter | None:
+        """The shared parameter that an element's value refers to, or None where the value is its own."""
+        value = element.values[key]
+        if not isinstance(value, Shared):
+            return None
+        if value.name not in self.parameters:
+            where = f"{element.where}, {key}"
+            raise NamingError(where, f"there is no parameter {value.name!r}", nearest(value.name, self.parameters))
+        return self.parameters[value.name]
+
+    def clock_base(self, element: Element, clock: str) -> str:
+        """Name of the base frequency that an unbound clock of an element runs on."""
+        base = element.clocks.get(clock)
+        if base is None:
+            raise ModelError(element.where, f"{clock} is missing", "name a base frequency of the driveline")
+        if base not in self.bases:
+            raise NamingError(element.where, f"there is no base frequency {base!r}", nearest(base, self.bases))
+        return base
+
+    def __str__(self) -> str:
+        kinds: dict[str, int] = {}
+        for element in self.elements:
+            kinds[element.kind] = kinds.get(element.kind, 0) + 1
+        listed = ", ".join(f"{count} {kind}" for kind, count in kinds.items())
+        at = f" at {self.speed * 30 / 3.141592653589793:.6g} rpm of {self.reference!r}" if self.speed is not None else ""
+        return f"driveline {self.name!r}: {len(self.elements)} elements ({listed}){at}"
+
+    __repr__ = __str__
+
+
+def _named(key: str, value: Any) -> NamedParameter:
+    where = f"parameter {key!r}"
+    if isinstance(value, NamedParameter):
+        return value
+    if isinstance(value, str):
+        number, unit = read_any(value, where)
+        return NamedParameter(number, unit)
+    if isinstance(value, bool):
+        raise UnitError(where, f"{value!r} is not a number", "give a number or a text with a unit")
+    if isinstance(value, Iterable):
+        return NamedParameter(tuple(finite(float(entry), where) for entry in value))
+    return NamedParameter(finite(float(value), where))
+
+
+def _base(key: str, value: Any) -> BaseFrequency:
+    if isinstance(value, BaseFrequency):
+        return value
+    shaft, order = value if isinstance(value, tuple) else (None, value)
+    try:
+        exact = Fraction(order) if not isinstance(order, float) else Fraction(order).limit_denominator(1000)
+    except (ValueError, TypeError, ZeroDivisionError):
+        exact = Fraction(0)
+    if exact <= 0 or isinstance(order, float) and float(exact) != order:
+        raise ModelError(f"base frequency {key!r}", f"the order is {order!r}", 'give a positive fraction such as 2 or "1/2"')
+    return BaseFrequency(exact, shaft)

@@ -1,0 +1,6 @@
+"""Time: from one right-hand side and numbers to a trajectory with a named ending.
+
+Stands below ``lowering`` and above ``analysis``. ``problem`` says what a solver sees and gives back, ``outcome`` how a run can
+end, ``registry`` which solvers there are. ``adaptive_rk4`` is the product's own (paper, Eq. 23-32) and shares its loop
+(``march``) with ``collocation``; ``cvodes``, ``idas``, ``erk`` and ``rosenbrock`` are CasADi's and share ``chunks``.
+"""

@@ -1,0 +1,213 @@
+"""The loop of the step-doubling solvers: step sizes, budgets, outputs, and an ending with a name.
+
+Part of ``solvers``; shared by ``adaptive_rk4`` and ``collocation``, which bring the step as one CasADi function. Source: the
+paper, Eq. 32 and the two cases below it, read so that the accepted step is always one that passed ("paper"); or a
+proportional-integral controller on the same difference ("smooth"; Gustafsson 1991, Hairer, Norsett and Wanner, Solving Ordinary
+Differential Equations I, II.4).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from modelgen.solvers.coordinates import ScaledProblem
+from modelgen.solvers.dense_output import DenseOutput
+from modelgen.solvers.diagnosis import chatter, explain
+from modelgen.solvers.outcome import Ending, Outcome
+from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Statistics, Trajectory
+from modelgen.solvers.step_doubling import BoundStep, Method
+from modelgen.solvers.watch import Watch
+
+SAFETY = 0.9
+LARGEST_GROWTH, SMALLEST_SHRINK = 5.0, 0.2
+PRESENT, PAST = 0.85, 0.2  # shares of the two errors; fewest evaluations on gear trains and backlash among 1/0, 0.85/0.2, 0.7/0.4
+SOON, RARELY = 64, 512  # steps before the first look for chatter, and between later ones (1 % of the time)
+
+
+class _StopError(Exception):
+    """Carries the ending out of the loop."""
+
+    def __init__(self, ending: Ending) -> None:
+        self.ending = ending
+
+
+class _March:
+    """One run: the state, the bound step, and the rules of step sizes."""
+
+    def __init__(self, problem: InitialValueProblem, options: SolverOptions, method: Method) -> None:
+        self.watch = Watch(options)
+        self.options, self.method = options, method
+        self.scaled = ScaledProblem(problem)
+        self.t, self.end = problem.t0, float(problem.times[-1])
+        self.state = np.zeros((2, self.scaled.size))
+        self.trial = BoundStep(method.step, self.state, self.scaled.parameters)
+        self.output = DenseOutput(problem.times, problem.t0, self.scaled.size)
+        budget = options.budget
+        self.floor = max(budget.smallest_step * problem.horizon, 4 * math.ulp(max(abs(self.t), abs(self.end))))
+        self.ceiling = options.largest_step or math.inf
+        self.limit = budget.bound**2
+        self.steps = self.tried = self.rejected = 0
+        self.evaluations = 1
+        self.smallest, self.largest = math.inf, 0.0
+        self.next_check = SOON
+
+    def run(self) -> Trajectory:
+        """Go to the end, or to whatever stops the run before."""
+        ending = Ending(Outcome.SUCCESS, Outcome.SUCCESS.sentence(time=self.end))
+        try:
+            self.state[1] = self.scaled.rates(self.t, self.state[0])
+            if not np.isfinite(self.state[1]).all():
+                raise _StopError(self.explain(self.floor, Outcome.NON_FINITE_RATE))
+            if self.options.fixed_step is not None:
+                self.fixed(self.options.fixed_step)
+            else:
+                {"smooth": self.smooth, "paper": self.paper}[self.options.rule]()
+        except _StopError as stop:
+            ending = stop.ending
+        cost = Statistics(
+            steps=self.steps,
+            rejected=self.rejected,
+            evaluations=self.evaluations + self.method.evaluations * self.tried,
+            seconds=self.watch.seconds,
+            smallest_step=self.smallest if self.steps else None,
+            largest_step=self.largest if self.steps else None,
+        )
+        return self.scaled.trajectory(self.output.reached(), ending, cost)
+
+    def explain(self, step: float, fallback: Outcome, **facts: Any) -> Ending:
+        budgets: dict[Outcome, float] = {
+            Outcome.MAX_STEPS: self.options.budget.max_steps,
+            Outcome.MAX_TIME: self.options.budget.max_seconds,
+        }
+        return explain(
+            *(self.scaled, self.t, self.state[0].copy(), step, fallback),
+            **{"tolerance": self.options.tolerance, "budget": budgets.get(fallback, math.nan), **facts},
+        )
+
+    def attempt(self, bound: BoundStep, h: float) -> float:
+        """Try one step; its error in units of the tolerance, infinite if it left the numbers or the bound."""
+        self.tried += 1
+        if self.tried > self.options.budget.max_steps:
+            self.tried -= 1
+            raise _StopError(self.explain(h, Outcome.MAX_STEPS))
+        if self.watch.clock() >= self.watch.next_look:
+            self.look(h)
+        bound.time[0], bound.size[0] = self.t, h
+        bound.measures[1] = math.nan  # an evaluation that fails leaves it
+        bound.evaluate()
+        difference, guard = bound.measures.tolist()
+        if guard <= self.limit:
+            return difference / self.options.tolerance
+        farthest = float(np.abs(bound.nodes[2]).max()) if math.isfinite(guard) else math.inf
+        error = difference / self.options.tolerance if farthest < math.inf else math.inf
+        if farthest > self.options.budget.bound and (error <= 1 or self.options.fixed_step is not None) and error < math.inf:
+            raise _StopError(self.explain(h, Outcome.DIVERGED, beyond=bound.nodes[2].copy()))
+        return error
+
+    def look(self, h: float) -> None:
+        horizon = self.scaled.problem.horizon
+        reason = self.watch.look((self.t - self.scaled.problem.t0) / horizon)
+        if reason is Outcome.CANCELLED:
+            raise _StopError(Ending(reason, reason.sentence(time=self.t)))
+        if reason is not None:
+            raise _StopError(self.explain(h, reason))
+
+    def reject(self, h: float) -> float:
+        """Count a rejected step; the size to try next, unless it would be too small."""
+        self.rejected += 1
+        if h < self.floor:
+            failed = self.method.floor_outcome if math.isnan(self.trial.measures[1]) else Outcome.STEP_TOO_SMALL
+            raise _StopError(self.explain(self.floor, failed))
+        return h
+
+    def accept(self, bound: BoundStep, t_new: float, h: float) -> None:
+        """Take the step over: outputs, statistics, and the state of the next one."""
+        if self.output.next_time <= t_new:
+            self.output.record(self.t, t_new, self.state, bound.nodes)
+        self.state[:] = bound.nodes[2:]
+        self.t = t_new
+        self.steps += 1
+        self.largest = max(self.largest, h)
+        if t_new < self.end or not self.smallest < math.inf:  # the last step is cut to size and says nothing
+            self.smallest = min(self.smallest, h)
+        if self.steps == self.next_check:
+            self.next_check += min(self.steps, RARELY)
+            if (found := chatter(self.scaled, t_new, self.state[0].copy(), h)) is not None:
+                raise _StopError(found)
+
+    def clip(self, h: float) -> tuple[float, float]:
+        """A size at most as large as wanted, and the time that it leads to: no sliver is left before the end."""
+        h = min(h, self.ceiling)
+        remaining = self.end - self.t
+        if h >= remaining:
+            return remaining, self.end
+        t_new = self.t + (remaining / 2 if 2 * h > remaining else h)
+        return t_new - self.t, t_new  # exactly the distance between two floating-point times
+
+    def first_size(self) -> float:
+        """Hairer's starting rule, with time measured in units in which a state moves by a hundredth of its scale."""
+        if self.options.first_step is not None:
+            return self.options.first_step
+        slope = self.state[1]
+        speed, horizon = float(np.abs(slope).max()), self.scaled.problem.horizon
+        unit = min(0.01 / speed if speed > 0 else 1e-6 * horizon, horizon, self.ceiling)
+        bend = self.scaled.rates(self.t + unit, self.state[0] + unit * slope) - slope
+        self.evaluations += 1
+        size = max(unit * speed, unit * float(np.abs(bend).max()))
+        if not math.isfinite(size):
+            return self.floor
+        factor = (0.01 * self.options.tolerance / size) ** (1 / (self.method.order + 1)) if size > 0 else 100.0
+        return unit * min(100.0, factor)
+
+    def smooth(self) -> None:
+        """Step sizes in proportion to the error to the power -1/(p+1), damped by the error of the step before."""
+        exponent = 1 / (self.method.order + 1)
+        h, before = max(self.first_size(), self.floor), 1.0
+        while self.t < self.end:
+            h, t_new = self.clip(h)
+            growth = LARGEST_GROWTH
+            while (error := self.attempt(self.trial, h)) > 1:
+                factor = SAFETY * error**-exponent if error < math.inf else 0.0
+                h, t_new = self.clip(self.reject(h * max(SMALLEST_SHRINK, factor)))
+                growth = 1.0  # not at once after a rejection
+            self.accept(self.trial, t_new, h)
+            error = max(error, 1e-10)
+            factor = SAFETY * error ** (-PRESENT * exponent) * before ** (PAST * exponent)
+            h *= min(growth, max(SMALLEST_SHRINK, factor))
+            before = error
+
+    def paper(self) -> None:
+        """Halve until the error is below the tolerance; else double until it is above, and take the last step that passed."""
+        other = BoundStep(self.method.step, self.state, self.scaled.parameters)
+        h = max(self.first_size(), self.floor)
+        while self.t < self.end:
+            h, t_new = self.clip(h)
+            passed = self.attempt(self.trial, h) <= 1
+            if passed:
+                while (longer := self.clip(2 * h))[0] >= 1.5 * h and self.attempt(other, longer[0]) <= 1:
+                    self.trial, other = other, self.trial
+                    h, t_new = longer
+                self.rejected += longer[0] >= 1.5 * h
+            while not passed:
+                h, t_new = self.clip(self.reject(h / 2))
+                passed = self.attempt(self.trial, h) <= 1
+            self.accept(self.trial, t_new, h)
+
+    def fixed(self, largest: float) -> None:
+        """Equal steps of at most a given size, without error control."""
+        start, span = self.t, self.end - self.t
+        count = max(1, math.ceil(span / largest * (1 - 1e-12)))
+        for index in range(1, count + 1):
+            t_new = start + span * (index / count) if index < count else self.end
+            h = t_new - self.t
+            if self.attempt(self.trial, h) == math.inf:
+                raise _StopError(self.explain(h, self.method.floor_outcome))
+            self.accept(self.trial, t_new, h)
+
+
+def march(problem: InitialValueProblem, options: SolverOptions, method: Method) -> Trajectory:
+    """Integrate a problem with a step-doubling step, by the rule of step sizes that the options name."""
+    return _March(problem, options, method).run()

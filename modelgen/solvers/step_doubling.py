@@ -1,0 +1,95 @@
+"""Step doubling: one step of h and two of h/2 as one function, with the difference that controls the step.
+
+Part of ``solvers``; source: the paper's Eq. 28-32. A method of order p advances by ``increment``; the whole step errs by
+c h^(p+1), the two half steps by 2 c (h/2)^(p+1), so their difference (Eq. 32) measures the error, and 1/(2^p - 1) of it
+(Eq. 31; 1/15 for p = 4) may be added to the result. Everything stands in one CasADi function, so that a loop in Python pays one
+call per step and generated C can take the step over as it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from modelgen.solvers.coordinates import symbols_for
+from modelgen.solvers.outcome import Outcome
+from modelgen.solvers.problem import Vector
+
+# (f, (start, middle, end) of the interval, its length, y, y' at the start) -> what y gains over the interval
+Increment = Callable[[Callable[[Any, Any], Any], tuple[Any, Any, Any], Any, Any, Any], Any]
+
+
+def step_doubling(rate: ca.Function, increment: Increment, order: int, extrapolate: bool) -> ca.Function:
+    """The function (t, h, state, q) -> (nodes, measures, whole, halves) of a rate (t, y, q) -> y'.
+
+    ``state`` (nx, 2) holds [y, y'] at the start; ``nodes`` (nx, 4) [y, y'] in the middle and at the end, where the last two
+    columns are the state of the next step. ``measures`` (2): the largest |difference| of all states (Eq. 32), and a sum of squares
+    that is finite only if everything is (a maximum would hide NaN). ``whole`` and ``halves`` (nx): the plain results of one step
+    and of two. Differences are taken between increments, so that a large y costs them no digits.
+    """
+    symbols = symbols_for(rate)
+    n = rate.numel_in(1)
+    t, h, state, q = symbols.sym("t"), symbols.sym("h"), symbols.sym("state", n, 2), symbols.sym("q", rate.numel_in(2))
+    y, slope = state[:, 0], state[:, 1]
+
+    def f(time: Any, place: Any) -> Any:
+        return rate(time, place, q)
+
+    quarter, middle, three_quarters, end = t + h / 4, t + h / 2, t + 3 * h / 4, t + h  # shared, so that equal terms are found
+    whole = increment(f, (t, middle, end), h, y, slope)
+    first = increment(f, (t, quarter, middle), h / 2, y, slope)
+    second_slope = f(middle, y + first)
+    second = increment(f, (middle, three_quarters, end), h / 2, y + first, second_slope)
+    difference = (first + second) - whole
+    correction = difference / (2**order - 1) if extrapolate else symbols.zeros(n)
+    y_middle = y + (first + correction / 2)  # the first half step holds half of the error
+    y_end = y + (first + second + correction)
+    slope_end = f(end, y_end)
+    guard = ca.sumsqr(y_end) + ca.sumsqr(h * slope_end) + ca.sumsqr(difference)
+    return ca.Function(
+        "step",
+        [t, h, state, q],
+        [
+            ca.horzcat(y_middle, second_slope, y_end, slope_end),
+            ca.vertcat(ca.mmax(ca.fabs(difference)), guard),
+            y + whole,
+            y + (first + second),
+        ],
+        ["t", "h", "state", "q"],
+        ["nodes", "measures", "whole", "halves"],
+        {"cse": True},  # the parts that depend on time only appear at five distinct times, not at eleven
+    )
+
+
+@dataclass(frozen=True)
+class Method:
+    """A step function as ``step_doubling`` makes it, its order, and the evaluations of the right-hand side that it costs.
+
+    ``floor_outcome``: what it means when even the smallest step cannot be evaluated.
+    """
+
+    step: ca.Function
+    order: int
+    evaluations: int
+    floor_outcome: Outcome = Outcome.STEP_TOO_SMALL
+
+
+class BoundStep:
+    """A step function bound to arrays: in a loop, no argument is converted or allocated.
+
+    Set ``time[0]`` and ``size[0]``, call ``evaluate``, read ``nodes`` (4, nx) and ``measures`` (2); ``state`` (2, nx) is shared.
+    """
+
+    def __init__(self, step: ca.Function, state: Vector, parameters: Vector) -> None:
+        self.time, self.size = np.zeros(1), np.zeros(1)
+        self.nodes, self.measures = np.zeros((4, state.shape[1])), np.zeros(2)
+        self._arguments = (self.time, self.size, state, parameters)  # the buffer does not keep them alive
+        self._buffer, self.evaluate = step.buffer()
+        for index, array in enumerate(self._arguments):
+            self._buffer.set_arg(index, memoryview(array))
+        self._buffer.set_res(0, memoryview(self.nodes))
+        self._buffer.set_res(1, memoryview(self.measures))

@@ -13,10 +13,21 @@ from typing import Any
 
 import sympy
 
-from modelgen.model import Choice, Clock, Element, Flange, Orders, Param, PeriodicTable, harmonic_rows, quantity
+from modelgen.gears import mesh_stiffness_rows
+from modelgen.model import Choice, Clock, Derived, Element, Flange, Orders, Param, PeriodicTable, harmonic_rows, quantity
 from modelgen.model.declarations import UNIT_AREA, FlangeSymbols
 
-FOURIER, TABLE, RECTANGULAR = {"mesh": "fourier"}, {"mesh": "table"}, {"mesh": "rectangular"}
+FOURIER, TABLE, RECTANGULAR, GEOMETRY = ({"mesh": form} for form in ("fourier", "table", "rectangular", "geometry"))
+DEFAULT_ORDERS = tuple(range(1, 11))
+
+
+def rows_from_geometry(stiffness_orders: tuple[int, ...], **geometry: float) -> list[float]:
+    """Mean, cosine rows and sine rows [N/m] of the mesh stiffness that follows from the teeth (Eq. 1-9)."""
+    orders = stiffness_orders or DEFAULT_ORDERS
+    teeth = {f"{name}_{end}": geometry.pop(f"{name}_{letter}") for name in ("teeth", "profile_shift") for end, letter in ((1, "a"), (2, "b"))}
+    teeth.update(teeth_1=int(teeth["teeth_1"]), teeth_2=int(teeth["teeth_2"]))
+    mean, cosine, sine = mesh_stiffness_rows(order=max(orders), **teeth, **geometry)  # type: ignore[arg-type]  # names are its own
+    return [mean, *(cosine[n - 1] for n in orders), *(sine[n - 1] for n in orders)]
 
 
 class GearPair(Element):
@@ -25,7 +36,7 @@ class GearPair(Element):
     Equations: delta = r_a angle_a - r_b angle_b - e(t); F = k(t) f(delta) + c(t) d(delta)/dt with
     f = delta - b, 0 or delta + b beyond, within and behind the backlash 2 b; torques -r_a F on a and +r_b F on b.
     Mesh stiffness k(t), with t = 0 where a tooth pair enters contact: Fourier rows (``mesh="fourier"``), samples over one mesh
-    period joined by straight lines (``table``), or two levels (``rectangular``).
+    period joined by straight lines (``table``), two levels (``rectangular``), or rows that follow from the teeth (``geometry``).
     Mesh damping: ``corrected`` c = 2 xi sqrt(k m_e), m_e = J_a J_b / (J_a r_b^2 + J_b r_a^2); ``literal`` as printed in the paper.
     Its viscous part acts always, or with ``viscous="contact_only"`` in contact only and without pulling the flanks together.
     """
@@ -41,15 +52,32 @@ class GearPair(Element):
     pressure_angle = Param("rad", default=radians(20), positive=True, when={"radii": "module"}, doc="pressure angle")
     base_radius_a = Param("m", positive=True, when={"radii": "given"}, doc="base radius on a; that on b follows from the teeth")
 
-    mesh = Choice("fourier", "table", "rectangular", doc="form of the mesh stiffness over one mesh period")
+    mesh = Choice("fourier", "table", "rectangular", "geometry", doc="form of the mesh stiffness over one mesh period")
     mean_stiffness = Param("N/m", positive=True, when=FOURIER, doc="k0")
     stiffness_cosine = Param("N/m", default=(), series=True, when=FOURIER, doc="rows with cosine, order 1, 2, ...")
     stiffness_sine = Param("N/m", default=(), series=True, when=FOURIER, doc="rows with sine, order 1, 2, ...")
-    stiffness_orders = Orders(when=FOURIER, doc="harmonics of the mesh frequency")
+    stiffness_orders = Orders(doc="harmonics of the mesh frequency; from the teeth, 1 to 10 by default")
     stiffness_table = Param("N/m", positive=True, series=True, when=TABLE, doc="equally spaced samples over one mesh period")
     stiffness_high = Param("N/m", positive=True, when=RECTANGULAR, doc="stiffness while two pairs are in contact")
     stiffness_low = Param("N/m", positive=True, when=RECTANGULAR, doc="stiffness while one pair is in contact")
     contact_ratio = Param(positive=True, when=RECTANGULAR, doc="contact ratio, between 1 and 2")
+    face_width = Param("m", positive=True, when=GEOMETRY, doc="face width")
+    young_modulus = Param("Pa", default=206e9, positive=True, when=GEOMETRY, doc="Young's modulus")
+    poisson_ratio = Param(default=0.3, nonnegative=True, when=GEOMETRY, doc="Poisson's ratio")
+    shear_factor = Param(default=1.0, positive=True, when=GEOMETRY, doc="1 as in Eq. 5, 1.2 for Timoshenko's rectangle")
+    profile_shift_a = Param(default=0.0, when=GEOMETRY, doc="profile shift coefficient on a")
+    profile_shift_b = Param(default=0.0, when=GEOMETRY, doc="profile shift coefficient on b")
+    geometry_rows = Derived(
+        "N/m",
+        rows_from_geometry,
+        of=(
+            "stiffness_orders", "teeth_a", "teeth_b", "module", "face_width", "pressure_angle", "young_modulus", "poisson_ratio",
+            "shear_factor", "profile_shift_a", "profile_shift_b",
+        ),
+        count=lambda self: 1 + 2 * len(self.stiffness_orders or DEFAULT_ORDERS),
+        when=GEOMETRY,
+        doc="mean, cosine rows, sine rows from the teeth",
+    )  # fmt: skip
 
     damping = Choice("corrected", "literal", "value", doc="form of the mesh damping")
     damping_ratio = Param(default=0.0, nonnegative=True, when={"damping": ("corrected", "literal")}, doc="xi")
@@ -76,6 +104,8 @@ class GearPair(Element):
     def _mean_stiffness(self) -> Any:
         if self.mesh == "fourier":
             return self.mean_stiffness
+        if self.mesh == "geometry":
+            return self.geometry_rows[0]
         if self.mesh == "table":
             return sum(self.stiffness_table) / len(self.stiffness_table)
         return self.stiffness_low + (self.contact_ratio - 1) * (self.stiffness_high - self.stiffness_low)
@@ -90,8 +120,14 @@ class GearPair(Element):
             turns = angle / (2 * sympy.pi)
             high = turns - sympy.floor(turns) < self.contact_ratio - 1
             return sympy.Piecewise((self.stiffness_high, high), (self.stiffness_low, True))
-        rows = harmonic_rows(self.where, self.stiffness_orders, self.stiffness_cosine, self.stiffness_sine)
-        return self.mean_stiffness + sum(a * sympy.cos(n * angle) + b * sympy.sin(n * angle) for n, a, b in rows)
+        orders, cosine, sine = self.stiffness_orders, (), ()
+        if self.mesh == "fourier":
+            cosine, sine = self.stiffness_cosine, self.stiffness_sine
+        else:
+            orders = orders or DEFAULT_ORDERS
+            cosine, sine = self.geometry_rows[1 : 1 + len(orders)], self.geometry_rows[1 + len(orders) :]
+        rows = harmonic_rows(self.where, orders, cosine, sine)
+        return self._mean_stiffness() + sum(a * sympy.cos(n * angle) + b * sympy.sin(n * angle) for n, a, b in rows)
 
     @quantity("N*s/m")
     def mesh_damping(self) -> Any:

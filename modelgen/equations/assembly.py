@@ -38,7 +38,7 @@ from modelgen.equations.topology import (
     solve_ratio,
 )
 from modelgen.errors import ModelError, UnitError
-from modelgen.model import Clock, Derived, Driveline, Element, Flange, Param, Shared
+from modelgen.model import Clock, Derived, Driveline, Element, Flange, Orders, Param, Shared
 from modelgen.model.element import check_value
 from modelgen.model.expressions import read_expression
 from modelgen.units import dimension_of
@@ -173,6 +173,9 @@ class _Assembler:
             local = derived.symbols(element)
             name = f"{element.name}.{key}"
             symbols = tuple(_symbol(name, row) for row in range(1, len(local) + 1))
+            missing = [of for of in derived.of if of not in names and of not in element.declared(Orders)]
+            if missing:
+                raise ModelError(element.where, f"{key} follows from {missing[0]}, which its switches leave out", "change the switches")
             arguments = {of: names[of] if of in names else getattr(element, of) for of in derived.of}
             self.derived.append(DerivedParameter(name, derived.unit, symbols, derived.function, arguments))
             table.update(zip(local, symbols, strict=True))

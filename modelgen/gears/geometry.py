@@ -109,15 +109,20 @@ more teeth or a profile_shift of at least 0.342
         return 2 * math.pi * self.base_radius / self.teeth
 
     @property
-    def involute_start_radius(self) -> float:
-        """r_F [m], transverse radius where the involute begins; the base radius in case of slight undercut."""
-        return math.hypot(self.base_radius, self.involute_start_roll)
+    def involute_start_roll(self) -> float:
+        """Transverse roll length [m] where the involute begins, 0 in case of slight undercut. It is the radius of curvature
+        there, which is 1/cos(beta_b) times as large in the normal section."""
+        return self.tooth.involute_start_roll * math.cos(self.base_helix_angle)
 
     @property
-    def involute_start_roll(self) -> float:
-        """Roll length [m] at the start of the involute: r sin(alpha_t) - (h_a* - x) m_n / sin(alpha_t), or 0 if negative."""
-        sine = math.sin(self.transverse_pressure_angle)
-        return max(self.reference_radius * sine - (self.addendum - self.profile_shift) * self.module / sine, 0.0)
+    def involute_start_radius(self) -> float:
+        """r_F [m], transverse."""
+        return math.hypot(self.base_radius, self.involute_start_roll)
+
+    @cached_property
+    def tip_roll(self) -> float:
+        """Transverse roll length [m] at the tip: sqrt(r_a^2 - r_b^2)."""
+        return math.sqrt(self.tip_radius**2 - self.base_radius**2)
 
     def half_angle(self, radius: float) -> float:
         """Half the angle [rad] that a tooth fills on a circle [m] in the transverse plane."""
@@ -125,6 +130,11 @@ more teeth or a profile_shift of at least 0.342
         there = math.acos(min(self.base_radius / radius, 1.0))
         return filled + float(involute(self.transverse_pressure_angle) - involute(there))
 
-    def section_radius(self, radius: NDArray[np.float64] | float) -> NDArray[np.float64]:
-        """Radius [m] in the normal section's spur gear at the same height above the reference circle; equal for spur gears."""
-        return np.asarray(radius) + (self.tooth.reference_radius - self.reference_radius)
+    def section_radius(self, roll: NDArray[np.float64] | float) -> NDArray[np.float64]:
+        """Radius [m] on the normal section's tooth for a load at a transverse roll length [m].
+
+        Both flanks begin and end together and are run through in proportion; for spur gears it is sqrt(r_b^2 + roll^2).
+        """
+        tooth, start = self.tooth, self.involute_start_roll
+        scale = (tooth.tip_roll - tooth.involute_start_roll) / (self.tip_roll - start)
+        return np.hypot(tooth.base_radius, tooth.involute_start_roll + (np.asarray(roll) - start) * scale)

@@ -9,10 +9,11 @@ the mesh stiffness is the slice stiffness averaged over the last eps_beta period
 The mean does not change. A harmonic n shrinks by |sinc(n eps_beta)| and lags by half the overlap; at a whole overlap ratio
 nothing varies any more, and likewise at a whole transverse contact ratio as far as the pairs are equally stiff.
 
-The stiffness of the slices is that of the normal section (virtual spur gear) along a contact line of length b/cos(beta_b); force
-and deflection normal to the tooth turn into those in the transverse plane with cos(beta_b) each, which leaves the width
-b cos(beta_b). Neglected: coupling between slices, stiffening by neighboring unloaded parts, face-width ends.
-Source: the slicing principle, e.g. J. D. Smith, Gear Noise and Vibration, 2nd ed. (2003), ch. 4; DIN 3990-1 for cos(beta).
+The stiffness of the slices is that of the normal section (virtual spur gear), whose flank is run through in proportion to the
+transverse one, along a contact line of length b/cos(beta_b). Force and deflection normal to the tooth turn into those in the
+transverse plane with cos(beta_b) each, which leaves the width b cos(beta_b), nearly the b cos(beta) of ISO 6336-1. Neglected:
+coupling between slices, support by unloaded parts of the tooth, the ends of the face width.
+Source: the slicing principle, e.g. J. D. Smith, Gear Noise and Vibration, 2nd ed. (2003); ISO 6336-1.
 """
 
 from __future__ import annotations

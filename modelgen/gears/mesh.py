@@ -80,8 +80,7 @@ class GearMesh:
                 "use more teeth, a larger addendum or smaller profile shifts",
             )
         for gear, roll in ((self.gear_1, self.contact_start), (self.gear_2, self.line_of_action - self.contact_end)):
-            # A thousandth of the module: far above rounding, far below anything cut in steel.
-            if roll < gear.involute_start_roll - 1e-3 * gear.module:
+            if roll < gear.involute_start_roll - 1e-9 * gear.module:  # beyond rounding
                 raise ModelError(
                     where,
                     f"the mating tips touch {gear.teeth} teeth below the start of the involute "
@@ -129,12 +128,12 @@ class GearMesh:
     @cached_property
     def contact_start(self) -> float:
         """Position [m] where a pair enters: a sin(alpha_wt) - sqrt(r_a2^2 - r_b2^2)."""
-        return self.line_of_action - math.sqrt(self.gear_2.tip_radius**2 - self.gear_2.base_radius**2)
+        return self.line_of_action - self.gear_2.tip_roll
 
     @cached_property
     def contact_end(self) -> float:
         """Position [m] where a pair leaves: sqrt(r_a1^2 - r_b1^2)."""
-        return math.sqrt(self.gear_1.tip_radius**2 - self.gear_1.base_radius**2)
+        return self.gear_1.tip_roll
 
     @cached_property
     def transverse_contact_ratio(self) -> float:
@@ -176,8 +175,9 @@ class GearMesh:
     def _stiffness_at(self, position: NDArray[np.float64]) -> NDArray[np.float64]:
         deflection = np.full(position.shape, contact_deflection(self.young_modulus, self.poisson_ratio))
         for gear, roll in ((self.gear_1, position), (self.gear_2, self.line_of_action - position)):
-            radius = gear.section_radius(np.hypot(gear.base_radius, roll))
-            parts = tooth_deflection(gear.tooth, radius, self.young_modulus, self.poisson_ratio, self.shear_factor)
+            parts = tooth_deflection(
+                gear.tooth, gear.section_radius(roll), self.young_modulus, self.poisson_ratio, self.shear_factor
+            )
             deflection = deflection + parts.total
         return self.effective_width / deflection
 

@@ -52,6 +52,8 @@ class Tooth:
                 f"undercut reaches the flank ({self.teeth:.4g} teeth in the normal section, {limit:.4g} needed)",
                 f"use more teeth or a profile_shift of at least {shift:.3f}",
             )
+        if not self.tip_radius > self.involute_start_radius:
+            raise ModelError(where, "the tip circle lies below the start of the involute", "raise addendum or profile_shift")
         if not self.half_angle(self.tip_radius) > 0:
             raise ModelError(where, "the teeth are pointed below the tip circle", "reduce profile_shift or addendum")
         if not (0 < self.root_thickness < 2 * self.root_radius and self.tip_thickness < self.root_thickness):
@@ -83,11 +85,21 @@ class Tooth:
         return self.reference_radius - (self.addendum + self.clearance - self.profile_shift) * self.module
 
     @cached_property
-    def involute_start_radius(self) -> float:
-        """r_F [m]: where the straight flank of the rack ends, at roll length t; the base circle if t < 0 (slight undercut)."""
+    def involute_start_roll(self) -> float:
+        """Roll length t = r sin(alpha) - (h_a* - x) m / sin(alpha) [m] where the straight flank of the rack ends; 0 if t < 0
+        (slight undercut)."""
         sine = math.sin(self.pressure_angle)
-        roll = self.reference_radius * sine - (self.addendum - self.profile_shift) * self.module / sine
-        return math.hypot(self.base_radius, max(roll, 0.0))
+        return max(self.reference_radius * sine - (self.addendum - self.profile_shift) * self.module / sine, 0.0)
+
+    @property
+    def tip_roll(self) -> float:
+        """Roll length [m] at the tip: sqrt(r_a^2 - r_b^2)."""
+        return math.sqrt(self.tip_radius**2 - self.base_radius**2)
+
+    @cached_property
+    def involute_start_radius(self) -> float:
+        """r_F = sqrt(r_b^2 + t^2) [m]."""
+        return math.hypot(self.base_radius, self.involute_start_roll)
 
     def pressure_angle_at(self, radius: NDArray[np.float64] | float) -> NDArray[np.float64]:
         """alpha_r = arccos(r_b / r) [rad]."""

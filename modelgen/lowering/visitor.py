@@ -17,14 +17,14 @@ Heaviside(x, H0) at 0  H0, which is 1/2 unless given           0 everywhere
 Piecewise              first piece whose condition holds       that of the piece taken, also on its border
 PeriodicTable          linear interpolation                    mean of both sides at a sample
 PeriodicSteps          mean of both sides at a jump            0 everywhere
-atan2(0, 0)            0                                       0
+atan2(0, 0)            0 (SymPy: NaN)                          NaN
 Pow(x, y)              C's pow unless y is whole or ±1/2       symbolic y: contains log(x), so NaN for x <= 0
 =====================  ======================================  ===============================================================
 
 Piecewise becomes nested selections: every piece is evaluated, one is selected. A NaN or infinity in a piece not taken does not
 reach the value, nor forward derivatives of any order, nor CasADi's Jacobian. It can reach a reverse derivative (so a Hessian)
-where two pieces share a subexpression that is singular, such as sqrt(x): the adjoint then multiplies 0 with infinity. Give
-such a subexpression an argument that stays lawful, sqrt(Max(x, 0)), if Hessians are asked for.
+where two pieces share a singular subexpression such as sqrt(x): the adjoint then multiplies 0 with infinity. If Hessians are
+asked for, keep the argument of such a subexpression off the singular point, as in sqrt(Max(x, 1e-12)).
 
 Source: SymPy's documentation of each class (principal values); CasADi's of ``if_else``, ``fmax``, ``fmod``.
 """

@@ -87,7 +87,7 @@ class Driveline:
         put(self, "connections", tuple((str(a), str(b)) for a, b in self.connections))
         put(self, "balanced", tuple(self.balanced))
         put(self, "parameters", MappingProxyType({key: _named(key, value) for key, value in self.parameters.items()}))
-        put(self, "bases", MappingProxyType({key: _base(key, value) for key, value in self.bases.items()}))
+        put(self, "bases", MappingProxyType({key: base_frequency(key, value) for key, value in self.bases.items()}))
         put(self, "assemblies", MappingProxyType({key: tuple(value) for key, value in self.assemblies.items()}))
         if isinstance(self.speed, str):
             put(self, "speed", read_quantity(self.speed, "rad/s", f"{where}, speed"))
@@ -96,6 +96,10 @@ class Driveline:
             if self.speed <= 0:
                 raise ModelError(where, f"the operating speed is {self.speed:g} rad/s", "give a positive speed: angles count forward")
         self._check_names(where)
+        for name in self.balanced:
+            if self[name].balanced_by is None:
+                able = [each.name for each in self.elements if each.balanced_by]
+                raise ModelError(self[name].where, "is no load that can be scaled", nearest(name, able))
 
     def _check_names(self, where: str) -> None:
         taken: dict[str, str] = {}
@@ -155,11 +159,6 @@ class Driveline:
 
     def balance(self, *loads: str) -> Driveline:
         """With the named loads scaled so that the mean power closes at whatever speed, ratio and parameters are set."""
-        for name in loads:
-            element = self[name]
-            if element.balanced_by is None:
-                able = [each.name for each in self.elements if each.balanced_by]
-                raise ModelError(element.where, "is no load that can be scaled", nearest(name, able))
         return replace(self, balanced=loads)
 
     def set(self, **values: Any) -> Driveline:
@@ -255,7 +254,8 @@ def _named(key: str, value: Any) -> NamedParameter:
     return NamedParameter(finite(float(value), where))
 
 
-def _base(key: str, value: Any) -> BaseFrequency:
+def base_frequency(key: str, value: Any) -> BaseFrequency:
+    """A base frequency from an order, or a shaft and an order. Raises ModelError unless the order is a positive fraction."""
     if isinstance(value, BaseFrequency):
         return value
     shaft, order = value if isinstance(value, tuple) else (None, value)

@@ -5,8 +5,8 @@ Python's grammar orders them (``ast``), and each node of the tree must be one of
 Python, and SymPy is asked to combine only numbers of bounded size. The limits keep its automatic simplification, whose cost
 can grow exponentially with nested functions, to a fraction of a second.
 
-Constants are exact where they are rational numbers or rational multiples of pi, and double precision otherwise, so that
-``2*pi*f`` stays readable and ``9**9**9`` is out of range at once.
+Constants are exact where they are a rational number, or that times pi or one root such as sqrt(2), and doubles otherwise, so that
+``2*pi*f`` stays readable and no constant grows.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ _ALLOWED = "write numbers, names, + - * / **, parentheses, pi and " + ", ".join(
 _NAME = re.compile(r"[A-Za-z]\w*(?:\.[A-Za-z]\w*)*", re.ASCII)
 # Possessive quantifiers keep the time linear on a long row of digits.
 _TOKEN = re.compile(
-    rf"(?P<number>(?:\d++\.?+\d*+|\.\d++)(?:[eE][+-]?\d++)?+(?![\w.]))|(?P<name>{_NAME.pattern}(?![\w.]))|[-+*/(),]", re.ASCII
+    rf"(?P<number>(?!0\d)(?:\d++\.?+\d*+|\.\d++)(?:[eE][+-]?\d++)?+(?![\w.]))|(?P<name>{_NAME.pattern}(?![\w.]))|[-+*/(),]", re.ASCII
 )
 _WORD = re.compile(r"[\w.]+", re.ASCII)
 _INSTEAD = {"^": "**", "×": "*", "·": "*", "÷": "/", "−": "-", "²": "**2", "³": "**3", "[": "(", "]": ")"}
@@ -91,7 +91,7 @@ def write_expression(expression: sympy.Expr) -> str:
 
     >>> x, y = sympy.symbols("x y", real=True)
     >>> write_expression(x / sympy.sqrt(2 * y) - 0.5)
-    'x/(sqrt(2)*sqrt(y)) - 0.5'
+    'sqrt(2)*x/2/sqrt(y) - 0.5'
     """
     return _write(expression)[0]
 
@@ -117,8 +117,9 @@ class _Reader:
         try:
             tree = ast.parse(self.text, mode="eval").body
         except SyntaxError as error:
-            place = min(max((error.offset or 1) - 1, 0), len(self.text) - 1)
-            self.refuse(f"{self.text[:60]!r} is no expression at {self.text[place:][:20]!r} (character {place + 1})", _ALLOWED)
+            place = (error.offset or 1) - 1
+            near = f" at {self.text[place:][:20]!r}" if 0 < place < len(self.text) else ""
+            self.refuse(f"{self.text[:60]!r} is no expression{near}", _ALLOWED)
         except (MemoryError, RecursionError, ValueError):
             self.refuse_depth()
         nodes = sum(isinstance(node, ast.expr) for node in ast.walk(tree))
@@ -163,7 +164,7 @@ class _Reader:
     def refuse_character(self, position: int) -> NoReturn:
         word, character = _WORD.match(self.text, position), self.text[position]
         if word is not None and word[0] != ".":
-            number = character.isdigit() or character == "."
+            number = word[0].lstrip(".")[:1].isdigit()
             good = "write it like 1000, 0.5 or 1.5e-3" if number else "write a declared name, such as shaft.stiffness"
             self.refuse(f"{word[0][:40]!r} is no {'number' if number else 'name'}", good)
         named = unicodedata.name(character, "") or f"U+{ord(character):04X}"
@@ -236,9 +237,9 @@ class _Reader:
 
     def call(self, node: ast.Call, depth: int, functions: int) -> sympy.Expr:
         name = self.source(node.func)
-        if not isinstance(node.func, ast.Name) or name in self.symbols:
-            self.refuse(f"{self.piece(node.func)} is not a function", "write * to multiply")
         if name not in _FUNCTIONS:
+            if not isinstance(node.func, ast.Name) or name in self.symbols or name == "pi":
+                self.refuse(f"{self.piece(node.func)} is not a function", "write * to multiply")
             raise NamingError(self.where, f"there is no function {name!r}", nearest(name, _FUNCTIONS))
         if node.keywords or any(isinstance(argument, ast.Starred) for argument in node.args):
             self.refuse(f"the arguments of {self.piece(node)} are not plain", "write them one by one, separated by commas")
@@ -343,10 +344,10 @@ class _Reader:
             self.refuse(problem, f"write numbers like 1e100, and powers up to {LARGEST_EXPONENT}")
 
     def source(self, node: ast.expr) -> str:
-        return self.text[node.col_offset : node.end_col_offset].replace(" ", "")
+        return self.text[node.col_offset : node.end_col_offset]
 
     def piece(self, node: ast.expr) -> str:
-        text = self.text[node.col_offset : node.end_col_offset]
+        text = self.source(node)
         return repr(text if len(text) <= 60 else text[:57] + "...")
 
 
@@ -356,10 +357,13 @@ def _number(value: float) -> sympy.Expr:
 
 
 def _is_plain(constant: sympy.Expr) -> bool:
-    """Whether a constant is a rational number of bounded size, that times pi, or a double that is not whole."""
+    """Whether a constant is a rational number of bounded size, that times pi or one root, or a double that is not whole."""
     coefficient, rest = constant.as_coeff_Mul()
     if coefficient.is_Rational:
-        return rest in (sympy.S.One, sympy.pi) and max(abs(coefficient.p), coefficient.q) <= _LARGEST_EXACT
+        root = rest.is_Pow and rest.base.is_Integer and rest.base.is_positive and rest.exp.is_Rational
+        numbers = (coefficient, rest.base, rest.exp) if root else (coefficient,)
+        bounded = all(max(abs(number.p), number.q) <= _LARGEST_EXACT for number in numbers)
+        return bounded and (root or rest in (sympy.S.One, sympy.pi))
     return coefficient.is_Float and rest is sympy.S.One and coefficient == _number(float(coefficient))
 
 

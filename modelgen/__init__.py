@@ -21,8 +21,8 @@ _HOME = {
     "elements": "GearPair GroundDamper GroundSpring HarmonicTorque Inertia RigidGear Shaft SteppedTorque",
     "equations": "Equations assemble system",
     "lowering": "Compiled lower",
-    "solvers": "Case Outcome Solution crosscheck simulate",
-    "analysis": "angles modes",
+    "solvers": "SOLVERS Case Outcome Solution crosscheck operating_point simulate",
+    "analysis": "angles modal settled_window",
     "plots": "plot",
     "errors": "BalanceError CaseError LoweringError ModelError ModelFileError ModelgenError NamingError UnitError",
 }

@@ -26,7 +26,8 @@ class Gear:
 
     Arguments: ``teeth`` (whole), normal ``module`` [m], ``profile_shift`` [modules], normal ``pressure_angle`` [rad],
     ``addendum`` and ``clearance`` of the rack [modules], ``helix_angle`` [rad] at the reference circle (its hand does not
-    matter). Raises ModelError for a number out of bounds, undercut that reaches the flank, pointed teeth.
+    matter), ``tip_shortening`` [modules] by which the tips are turned off (usual with large profile shifts). Raises
+    ModelError for a number out of bounds, undercut that reaches the flank, pointed teeth.
 
     >>> gear = Gear(teeth=26, module=0.007)
     >>> print(f"{gear.base_radius:.6f} {gear.involute_start_radius:.6f} {gear.tip_radius:.6f}")
@@ -45,6 +46,7 @@ more teeth or a profile_shift of at least 0.342
     addendum: float = 1.0
     clearance: float = 0.25
     helix_angle: float = 0.0
+    tip_shortening: float = 0.0
 
     def __post_init__(self) -> None:
         # 26.0 may come from a model's parameters; inside it is 26.
@@ -56,12 +58,21 @@ more teeth or a profile_shift of at least 0.342
         bounded(self.addendum, "addendum", where, above=0, at_most=2)
         bounded(self.clearance, "clearance", where, at_least=0, at_most=1)
         bounded(self.helix_angle, "helix_angle", where, "rad", at_least=0, at_most=0.8)
+        bounded(self.tip_shortening, "tip_shortening", where, at_least=0, at_most=1)
         self.tooth.refuse_impossible(where)
 
     @cached_property
     def tooth(self) -> Tooth:
         """The tooth in the normal section: that of a spur gear with the virtual number of teeth."""
-        return Tooth(self.virtual_teeth, self.module, self.profile_shift, self.pressure_angle, self.addendum, self.clearance)
+        return Tooth(
+            self.virtual_teeth,
+            self.module,
+            self.profile_shift,
+            self.pressure_angle,
+            self.addendum,
+            self.clearance,
+            self.tip_shortening,
+        )
 
     @property
     def transverse_module(self) -> float:
@@ -95,7 +106,7 @@ more teeth or a profile_shift of at least 0.342
 
     @property
     def tip_radius(self) -> float:
-        """r_a = r + (h_a* + x) m_n [m]."""
+        """r_a = r + (h_a* + x - k) m_n [m], k the tip shortening."""
         return self.reference_radius + (self.tooth.tip_radius - self.tooth.reference_radius)
 
     @property

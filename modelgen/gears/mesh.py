@@ -65,27 +65,29 @@ class GearMesh:
         self._refuse_bad_contact(where)
 
     def _refuse_bad_contact(self, where: str) -> None:
-        for own, other in ((self.gear_1, self.gear_2), (self.gear_2, self.gear_1)):
-            gap = self.center_distance - own.root_radius - other.tip_radius
-            if gap <= 0:
-                raise ModelError(
-                    where,
-                    f"the tips of {other.teeth} teeth strike the root circle of {own.teeth} (clearance {gap:.3g} m)",
-                    "raise clearance or reduce the profile shifts",
-                )
         if self.transverse_contact_ratio < 1:
             raise ModelError(
                 where,
                 f"contact ratio is {self.transverse_contact_ratio:.4f}, below 1: the teeth lose contact",
                 "use more teeth, a larger addendum or smaller profile shifts",
             )
-        for gear, roll in ((self.gear_1, self.contact_start), (self.gear_2, self.line_of_action - self.contact_end)):
-            if roll < gear.involute_start_roll - 1e-9 * gear.module:  # beyond rounding
+        for own, other in ((self.gear_1, self.gear_2), (self.gear_2, self.gear_1)):
+            deepest = self.line_of_action - other.tip_roll
+            if deepest < own.involute_start_roll - 1e-9 * own.module:  # beyond rounding
+                reach = math.hypot(other.base_radius, self.line_of_action - own.involute_start_roll)
+                shortening = math.ceil(1e3 * (other.tip_shortening + (other.tip_radius - reach) / other.module)) / 1e3
                 raise ModelError(
                     where,
-                    f"the mating tips touch {gear.teeth} teeth below the start of the involute "
-                    f"(roll length {roll:.4g} m, involute from {gear.involute_start_roll:.4g} m)",
-                    "use more teeth, a positive profile_shift there or a smaller addendum on the other gear",
+                    f"the tips of {other.teeth} teeth touch {own.teeth} teeth below the start of the involute (at roll length "
+                    f"{deepest:.4g} m, involute from {own.involute_start_roll:.4g} m)",
+                    f"give the {other.teeth} teeth a tip_shortening of at least {shortening:.3f}, or use more teeth",
+                )
+            gap = self.center_distance - own.root_radius - other.tip_radius
+            if gap <= 0:
+                raise ModelError(
+                    where,
+                    f"the tips of {other.teeth} teeth strike the root circle of {own.teeth} (clearance {gap:.3g} m)",
+                    "raise clearance or tip_shortening",
                 )
 
     @property

@@ -27,7 +27,7 @@ PRACTICAL_UNDERCUT = 0.8
 
 @dataclass(frozen=True)
 class Tooth:
-    """Cross-section of one tooth, cut by a rack; addendum, clearance and profile shift in modules. ``Gear`` checks it.
+    """Cross-section of one tooth, cut by a rack; addendum, clearance, shift and shortening in modules. ``Gear`` checks it.
 
     >>> tooth = Tooth(teeth=26, module=7.0, profile_shift=0.0, pressure_angle=math.radians(20), addendum=1.0, clearance=0.25)
     >>> [round(length, 3) for length in (tooth.root_thickness, tooth.tip_thickness, tooth.height, tooth.apex_height)]
@@ -40,20 +40,25 @@ class Tooth:
     pressure_angle: float
     addendum: float
     clearance: float
+    tip_shortening: float = 0.0
 
     def refuse_impossible(self, where: str) -> None:
         """Raise ModelError where undercut reaches the flank, the tip is pointed or the section is not a tooth."""
         sine = math.sin(self.pressure_angle)
         limit = PRACTICAL_UNDERCUT * 2 * (self.addendum - self.profile_shift) / sine**2
         if self.teeth < limit:
-            shift = self.addendum - self.teeth * sine**2 / 2 / PRACTICAL_UNDERCUT
+            shift = math.ceil(1e3 * (self.addendum - self.teeth * sine**2 / 2 / PRACTICAL_UNDERCUT)) / 1e3
             raise ModelError(
                 where,
                 f"undercut reaches the flank ({self.teeth:.4g} teeth in the normal section, {limit:.4g} needed)",
                 f"use more teeth or a profile_shift of at least {shift:.3f}",
             )
         if not self.tip_radius > self.involute_start_radius:
-            raise ModelError(where, "the tip circle lies below the start of the involute", "raise addendum or profile_shift")
+            raise ModelError(
+                where,
+                "the tip circle lies below the start of the involute",
+                "raise addendum or profile_shift, or shorten the tips less",
+            )
         if not self.half_angle(self.tip_radius) > 0:
             raise ModelError(where, "the teeth are pointed below the tip circle", "reduce profile_shift or addendum")
         if not (0 < self.root_thickness < 2 * self.root_radius and self.tip_thickness < self.root_thickness):
@@ -76,8 +81,8 @@ class Tooth:
 
     @property
     def tip_radius(self) -> float:
-        """r_a = r + (h_a* + x) m [m]."""
-        return self.reference_radius + (self.addendum + self.profile_shift) * self.module
+        """r_a = r + (h_a* + x - k) m [m], k the tip shortening."""
+        return self.reference_radius + (self.addendum + self.profile_shift - self.tip_shortening) * self.module
 
     @property
     def root_radius(self) -> float:

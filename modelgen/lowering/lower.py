@@ -353,6 +353,7 @@ class _Lowering:
             "angles": ([self.x, self.p], [placed, rates]),
             "coordinates": ([angles, speeds, own, self.p], [ca.vertcat(*coordinates, own)]),
             "frequencies": ([self.p], [ca.vertcat(*self.frequencies)]),
+            "node_ratios": ([self.p], [ca.vertcat(*self.node_ratio)]),
             "ratios": ([self.p], [ca.vertcat(*self.ratios), ca.vertcat(*self.mean_speeds)]),
         }
         return {name: ca.Function(name, inputs, outs) for name, (inputs, outs) in functions.items()}

@@ -22,9 +22,9 @@ Pow(x, y)              C's pow unless y is whole or ±1/2       symbolic y: cont
 =====================  ======================================  ===============================================================
 
 Piecewise becomes nested selections: every piece is evaluated, one is selected. A NaN or infinity in a piece not taken does not
-reach the value, nor forward derivatives of any order, nor CasADi's Jacobian. It can reach a reverse derivative (so a Hessian)
-where two pieces share a singular subexpression such as sqrt(x): the adjoint then multiplies 0 with infinity. If Hessians are
-asked for, keep the argument of such a subexpression off the singular point, as in sqrt(Max(x, 1e-12)).
+reach the value, nor forward derivatives, nor (as far as measured) CasADi's Jacobian. It can reach a reverse derivative, so also a
+Hessian, where two pieces share a singular subexpression such as sqrt(x): the adjoint then multiplies 0 with infinity. If
+Hessians are asked for, keep the argument of such a subexpression off the singular point, as in sqrt(Max(x, 1e-12)).
 
 Source: SymPy's documentation of each class (principal values); CasADi's of ``if_else``, ``fmax``, ``fmod``.
 """
@@ -258,6 +258,9 @@ _OPERATIONS: dict[type[sympy.Basic], Callable[..., SX]] = {
     sympy.Min: _folded(casadi.fmin, math.inf),
     sympy.Max: _folded(casadi.fmax, -math.inf),
     sympy.Heaviside: _heaviside,
+    # SymPy puts these two where it cannot prove an argument real; here everything is.
+    sympy.re: lambda value: value,
+    sympy.im: lambda value: 0 * value,
     sympy.Piecewise: _piecewise,
     sympy.Lt: operator.lt,
     sympy.Le: operator.le,
@@ -268,6 +271,7 @@ _OPERATIONS: dict[type[sympy.Basic], Callable[..., SX]] = {
     sympy.And: _folded(casadi.logic_and, 1),
     sympy.Or: _folded(casadi.logic_or, 0),
     sympy.Not: casadi.logic_not,
+    sympy.ITE: casadi.if_else,  # what SymPy makes of a comparison of a Piecewise
     PeriodicTable: _periodic_table,
     PeriodicSteps: _periodic_steps,
 }

@@ -21,7 +21,7 @@ ORDER = 4
 EVALUATIONS = 11  # 3 for the whole step, 3 + 4 for the halves, 1 for the slope at the end
 
 
-def rk4_increment(f: Callable[[Any, Any], Any], times: tuple[Any, Any, Any], h: Any, y: Any, k1: Any) -> Any:
+def rk4_increment(f: Callable[[Any, Any], Any], times: tuple[Any, Any, Any], h: Any, y: Any, k1: Any, q: Any) -> Any:
     """What y gains over a step: h/6 (K1 + 2 K2 + 2 K3 + K4), Eq. 23-27, for a given K1 = f(start, y)."""
     _, middle, end = times
     k2 = f(middle, y + h / 2 * k1)

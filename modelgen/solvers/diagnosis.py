@@ -18,6 +18,7 @@ WEIGHTY = 1e-2  # a jump that could not move a state by this part of its scale w
 FAST = 1e-6  # a state that e-folds within this fraction of the horizon, and has left its scale, blows up
 
 
+@np.errstate(all="ignore")
 def explain(
     scaled: ScaledProblem, t: float, y: Vector, step: float, fallback: Outcome, *, beyond: Vector | None = None, **facts: float | str
 ) -> Ending:
@@ -49,6 +50,7 @@ def explain(
     return _ending(scaled, fallback, t, y, rates, worst, step=step, **facts)
 
 
+@np.errstate(all="ignore")
 def chatter(scaled: ScaledProblem, t: float, y: Vector, step: float) -> Ending | None:
     """Whether a rate jumps back and forth at every step, by the same amount however small the steps are.
 
@@ -79,7 +81,7 @@ def chatter(scaled: ScaledProblem, t: float, y: Vector, step: float) -> Ending |
     state = int(np.argmax(np.where(switching, jump[-1], -1)))
     scale = scaled.problem.scale[state]
     facts = {"low": scale * float(lows[-1][state]), "high": scale * float(highs[-1][state])}
-    return _ending(scaled, Outcome.CHATTERING, t, y, scaled.rates(t, y), state, **facts)
+    return _ending(scaled, Outcome.CHATTERING, time, place, scaled.rates(time, place), state, **facts)
 
 
 def _first_non_finite(values: Vector) -> int | None:

@@ -1,4 +1,81 @@
-"""draft"""
+"""Which solvers there are, what each has use for, and the one door to all of them.
+
+Part of ``solvers``; the command line and ``simulate`` choose from ``SOLVERS`` by name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from types import MappingProxyType
+
+from modelgen.errors import CaseError, nearest
 from modelgen.solvers.adaptive_rk4 import solve_rk4
-SOLVERS={"rk4":solve_rk4}
-def solve(p,n,o): return SOLVERS[n](p,o)
+from modelgen.solvers.collocation import solve_collocation
+from modelgen.solvers.cvodes import solve_cvodes
+from modelgen.solvers.erk import solve_erk
+from modelgen.solvers.idas import solve_idas
+from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Trajectory
+from modelgen.solvers.rosenbrock import solve_rosenbrock
+
+EVERY = frozenset({"tolerance", "first_step", "largest_step", "budget", "progress", "cancel"})
+
+
+@dataclass(frozen=True)
+class Solver:
+    """A solver: what runs it, its order, one line about it, and the options that it has use for beside those of every solver."""
+
+    run: Callable[[InitialValueProblem, SolverOptions], Trajectory]
+    order: int
+    description: str
+    extra_options: frozenset[str] = frozenset()
+
+
+SOLVERS: Mapping[str, Solver] = MappingProxyType(
+    {
+        "rk4": Solver(
+            solve_rk4,
+            4,
+            "Runge-Kutta 4 with step doubling, the paper's (explicit; order 5 with extrapolation)",
+            frozenset({"fixed_step", "rule", "extrapolate"}),
+        ),
+        "cvodes": Solver(solve_cvodes, 5, "CVODES: backward differentiation of order 1 to 5 (implicit, for stiff models)"),
+        "idas": Solver(solve_idas, 5, "IDAS: the same for differential-algebraic equations (implicit)"),
+        "collocation": Solver(
+            solve_collocation,
+            5,
+            "Radau IIA collocation with step doubling (implicit, the most robust and the dearest)",
+            frozenset({"fixed_step", "rule", "extrapolate"}),
+        ),
+        "erk": Solver(solve_erk, 5, "Runge-Kutta pair 5(4) (explicit, cheap steps)", frozenset({"fixed_step"})),
+        "rosenbrock": Solver(
+            solve_rosenbrock, 5, "Rosenbrock-Wanner 5(4) (linearly implicit, L-stable)", frozenset({"fixed_step"})
+        ),
+    }
+)
+
+
+def solver_named(name: str) -> Solver:
+    """The solver of a name; raises CaseError with the nearest one for a name that is not known.
+
+    >>> solver_named("rk5")
+    Traceback (most recent call last):
+    ...
+    modelgen.errors.CaseError: solver: there is none named 'rk5'; nearest is 'rk4'
+    """
+    if not isinstance(name, str) or name not in SOLVERS:
+        raise CaseError("solver", f"there is none named {name!r}", nearest(str(name), SOLVERS))
+    return SOLVERS[name]
+
+
+def solve(problem: InitialValueProblem, name: str, options: SolverOptions) -> Trajectory:
+    """Run the solver of a name; raises CaseError for an unknown name and for an option that the solver has no use for."""
+    solver = solver_named(name)
+    standard = SolverOptions(tolerance=options.tolerance)
+    for option in fields(options):
+        used = option.name in EVERY or option.name in solver.extra_options
+        if not used and getattr(options, option.name) != getattr(standard, option.name):
+            fitting = [other for other, candidate in SOLVERS.items() if option.name in candidate.extra_options]
+            problem_words = f"has no use for {option.name} = {getattr(options, option.name)!r}"
+            raise CaseError(f"solver '{name}'", problem_words, f"leave it out, or take {' or '.join(fitting)}")
+    return solver.run(problem, options)

@@ -19,19 +19,22 @@ from modelgen.solvers.coordinates import symbols_for
 from modelgen.solvers.outcome import Outcome
 from modelgen.solvers.problem import Vector
 
-# (f, (start, middle, end) of the interval, its length, y, y' at the start) -> what y gains over the interval
-Increment = Callable[[Callable[[Any, Any], Any], tuple[Any, Any, Any], Any, Any, Any], Any]
+# (f, (start, middle, end) of the interval, its length, y, y' at the start, q) -> what y gains over the interval
+Increment = Callable[[Callable[[Any, Any], Any], tuple[Any, Any, Any], Any, Any, Any, Any], Any]
 
 
-def step_doubling(rate: ca.Function, increment: Increment, order: int, extrapolate: bool) -> ca.Function:
+def step_doubling(
+    rate: ca.Function, increment: Increment, order: int, extrapolate: bool, *, inline: bool = True
+) -> ca.Function:
     """The function (t, h, state, q) -> (nodes, measures, whole, halves) of a rate (t, y, q) -> y'.
 
     ``state`` (nx, 2) holds [y, y'] at the start; ``nodes`` (nx, 4) [y, y'] in the middle and at the end, where the last two
     columns are the state of the next step. ``measures`` (2): the largest |difference| of all states (Eq. 32), and a sum of squares
     that is finite only if everything is (a maximum would hide NaN). ``whole`` and ``halves`` (nx): the plain results of one step
-    and of two. Differences are taken between increments, so that a large y costs them no digits.
+    and of two. Differences are taken between increments, so that a large y costs them no digits. ``inline``: write the rate out into
+    the step where possible; an increment that calls a solver cannot be written out.
     """
-    symbols = symbols_for(rate)
+    symbols = symbols_for(rate) if inline else ca.MX
     n = rate.numel_in(1)
     t, h, state, q = symbols.sym("t"), symbols.sym("h"), symbols.sym("state", n, 2), symbols.sym("q", rate.numel_in(2))
     y, slope = state[:, 0], state[:, 1]
@@ -40,10 +43,10 @@ def step_doubling(rate: ca.Function, increment: Increment, order: int, extrapola
         return rate(time, place, q)
 
     quarter, middle, three_quarters, end = t + h / 4, t + h / 2, t + 3 * h / 4, t + h  # shared, so that equal terms are found
-    whole = increment(f, (t, middle, end), h, y, slope)
-    first = increment(f, (t, quarter, middle), h / 2, y, slope)
+    whole = increment(f, (t, middle, end), h, y, slope, q)
+    first = increment(f, (t, quarter, middle), h / 2, y, slope, q)
     second_slope = f(middle, y + first)
-    second = increment(f, (middle, three_quarters, end), h / 2, y + first, second_slope)
+    second = increment(f, (middle, three_quarters, end), h / 2, y + first, second_slope, q)
     difference = (first + second) - whole
     correction = difference / (2**order - 1) if extrapolate else symbols.zeros(n)
     y_middle = y + (first + correction / 2)  # the first half step holds half of the error

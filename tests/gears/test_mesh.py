@@ -7,6 +7,7 @@ from modelgen.errors import ModelError
 from modelgen.gears import Gear, GearMesh, contact_deflection, tooth_deflection
 
 PAIR = GearMesh(Gear(26, 0.007), Gear(46, 0.007), face_width=0.110)
+HIGH = GearMesh(Gear(60, 0.004, addendum=1.35), Gear(80, 0.004, addendum=1.35), face_width=0.050)  # contact ratio above 2
 SHIFTED = GearMesh(Gear(19, 0.005, 0.4), Gear(40, 0.005, 0.1), face_width=0.050)
 
 
@@ -66,13 +67,19 @@ def test_no_stiffness_beside_the_path_of_contact():
     assert PAIR.pair_stiffness(np.array([PAIR.contact_start - 1e-6, PAIR.contact_end + 1e-6])).tolist() == [0, 0]
 
 
-@pytest.mark.parametrize("mesh", [PAIR, SHIFTED])
+@pytest.mark.parametrize("mesh", [PAIR, SHIFTED, HIGH])
 def test_the_mesh_is_the_sum_of_the_pairs_in_contact(mesh):
     phase = np.array([0.0, 0.1, 0.35, 0.6, 0.85, 0.999])
     start, pitch = mesh.contact_start, mesh.base_pitch
-    summed = sum(mesh.pair_stiffness(start + (phase + pair) * pitch) for pair in range(3))
+    summed = sum(mesh.pair_stiffness(start + (phase + pair) * pitch) for pair in range(4))
     assert mesh.stiffness(phase) == pytest.approx(summed, rel=1e-14)
     assert mesh.stiffness(phase - 5) == pytest.approx(mesh.stiffness(phase), rel=1e-12)
+
+
+def test_above_a_contact_ratio_of_two_two_pairs_always_carry():
+    assert HIGH.transverse_contact_ratio > 2
+    weakest = np.min(HIGH.pair_stiffness(np.linspace(HIGH.contact_start, HIGH.contact_end, 50)))
+    assert np.min(HIGH.stiffness(np.linspace(0, 1, 50))) > 2 * weakest
 
 
 def test_a_pair_enters_at_phase_zero_and_leaves_at_the_fractional_contact_ratio():
@@ -99,34 +106,63 @@ def test_a_shear_factor_of_1_2_takes_four_to_five_percent():
     assert 0.04 < 1 - np.mean(timoshenko.stiffness(phases)) / np.mean(PAIR.stiffness(phases)) < 0.05
 
 
+def test_the_offered_tip_shortening_cures_the_interference():
+    shifted = Gear(20, 0.005, 0.9)
+    with pytest.raises(ModelError, match=r"touch 20 teeth below the start .* tip_shortening of at least 0\.017"):
+        GearMesh(shifted, Gear(40, 0.005), 0.05)
+    cured = GearMesh(shifted, Gear(40, 0.005, tip_shortening=0.017), 0.05)
+    assert cured.contact_start >= shifted.involute_start_roll
+    assert cured.gear_2.tip_radius == pytest.approx(0.1 + 0.983 * 0.005)
+
+
 @pytest.mark.parametrize(
     ("gear_1", "gear_2", "arguments", "words"),
     [
-        (Gear(26, 0.007), Gear(46, 0.008), {}, r"gear mesh 26/46: the gears differ in module \(0\.007 and 0\.008\); give both the same"),
+        (
+            Gear(26, 0.007),
+            Gear(46, 0.008),
+            {},
+            r"gear mesh 26/46: the gears differ in module \(0\.007 and 0\.008\); give both the same",
+        ),
         (Gear(26, 0.007), Gear(46, 0.007, helix_angle=0.1), {}, "differ in helix_angle"),
-        (Gear(26, 0.007), Gear(46, 0.007), {"face_width": -0.1}, r"face_width is -0\.1 m; give a finite value >= 1e-06 m and < 10 m"),
+        (
+            Gear(26, 0.007),
+            Gear(46, 0.007),
+            {"face_width": -0.1},
+            r"face_width is -0\.1 m; give a finite value >= 1e-06 m and < 10 m",
+        ),
         (Gear(26, 0.007), Gear(46, 0.007), {"face_width": 110}, "face_width is 110 m"),
         (Gear(26, 0.007), Gear(46, 0.007), {"young_modulus": 206}, "young_modulus is 206 Pa"),
-        (Gear(26, 0.007), Gear(46, 0.007), {"poisson_ratio": 0.6}, r"poisson_ratio is 0\.6; give a finite value >= 0 and <= 0\.5"),
+        (
+            Gear(26, 0.007),
+            Gear(46, 0.007),
+            {"poisson_ratio": 0.6},
+            r"poisson_ratio is 0\.6; give a finite value >= 0 and <= 0\.5",
+        ),
         (Gear(26, 0.007), Gear(46, 0.007), {"shear_factor": math.nan}, "shear_factor is nan"),
         (
-            Gear(30, 0.005, -0.6),
-            Gear(30, 0.005, -0.6),
+            Gear(30, 0.005, -0.65),
+            Gear(30, 0.005, -0.65),
             {},
-            r"no backlash-free center distance with profile shifts -0\.6 and -0\.6; raise their sum",
+            r"no backlash-free center distance with profile shifts -0\.65 and -0\.65; raise their sum",
         ),
-        (Gear(40, 0.005, addendum=0.5), Gear(40, 0.005, addendum=0.5), {}, r"contact ratio is 0\.\d+, below 1: the teeth lose contact"),
+        (
+            Gear(40, 0.005, addendum=0.5),
+            Gear(40, 0.005, addendum=0.5),
+            {},
+            r"contact ratio is 0\.\d+, below 1: the teeth lose contact",
+        ),
         (
             Gear(14, 0.005),
             Gear(100, 0.005),
             {},
-            "the mating tips touch 14 teeth below the start of the involute .*; use more teeth, a positive profile_shift",
+            r"the tips of 100 teeth touch 14 teeth below the start of the involute .*; give the 100 teeth a tip_shortening of",
         ),
         (
-            Gear(30, 0.005, 1.0, clearance=0.05),
-            Gear(30, 0.005, 1.0, clearance=0.05),
+            Gear(60, 0.005, 0.4, clearance=0),
+            Gear(60, 0.005, 0.4, clearance=0),
             {},
-            r"the tips of 30 teeth strike the root circle of 30 \(clearance -0\.\d+ m\)",
+            r"the tips of 60 teeth strike the root circle of 60 \(clearance -0\.\d+ m\); raise clearance or tip_shortening",
         ),
     ],
 )

@@ -12,7 +12,9 @@ def test_a_step_times_a_wave_is_integrated_to_rounding():
     phases, weights = gauss_nodes([0.0, 0.3], waves=12)
     step = np.where(phases < 0.3, 2.0, 1.0)
     assert weights @ step == pytest.approx(1.3, rel=1e-14)
-    assert weights @ (step * np.sin(2 * np.pi * 12 * phases)) == pytest.approx((1 - np.cos(2 * np.pi * 3.6)) / (24 * np.pi), abs=1e-15)
+    assert weights @ (step * np.sin(2 * np.pi * 12 * phases)) == pytest.approx(
+        (1 - np.cos(2 * np.pi * 3.6)) / (24 * np.pi), abs=1e-15
+    )
 
 
 def test_samples_see_both_sides_of_a_jump():

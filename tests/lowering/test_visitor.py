@@ -100,6 +100,8 @@ OPERATIONS = [
     (sympy.Heaviside, sympy.Heaviside(X), [*SIGNED, (0.0,)]),
     (sympy.Heaviside, sympy.Heaviside(X, 0), [*SIGNED, (0.0,)]),
     (sympy.Heaviside, sympy.Heaviside(X, R(1, 3)), [*SIGNED, (0.0,)]),
+    (sympy.re, sympy.re(X, evaluate=False), SIGNED),
+    (sympy.im, 2 + sympy.im(X, evaluate=False), SIGNED),
     (sympy.Piecewise, sympy.Piecewise((X, X < -1), (X**2, X < 1), (Y, True)), PAIRS),
     (sympy.Lt, X < Y, PAIRS),
     (sympy.Le, X <= Y, PAIRS),
@@ -110,6 +112,7 @@ OPERATIONS = [
     (sympy.And, (X > 0) & (Y > 0) & (X > Y), PAIRS),
     (sympy.Or, (X > 5) | (Y > 1) | (X < Y), PAIRS),
     (sympy.Not, sympy.Not((X > 0) & (Y > 0), evaluate=False), PAIRS),
+    (sympy.ITE, sympy.ITE(Y > 1, X > 0, Z > X), PAIRS),
     (PeriodicTable, PeriodicTable(X, 3, Y, R(1, 7), -2), PAIRS),
     (PeriodicSteps, PeriodicSteps(X, 3, Y, R(1, 7), -2), PAIRS),
 ]
@@ -168,10 +171,10 @@ TWO = [
     lambda a, b: sympy.Mod(a, 1 + sympy.Abs(b)),
     sympy.Min,
     sympy.Max,
-    lambda a, b: sympy.Heaviside(a - b, R(1, 3)),
+    lambda a, b: sympy.Heaviside(a - b, R(2, 7)),
     lambda a, b: sympy.Piecewise((a, (a < b) & sympy.Ne(b, 2)), (b, (a > 1) | sympy.Eq(a, 3) | ~(b < 2)), (a - b, True)),
-    lambda a, b: PeriodicTable(a, b, a, 1, R(2, 3)),
-    lambda a, b: PeriodicSteps(a, b, R(1, 3), a),
+    lambda a, b: PeriodicTable(a, b, a, 1, R(2, 7)),
+    lambda a, b: PeriodicSteps(a, b, R(2, 7), a),
 ]
 
 
@@ -183,7 +186,7 @@ def random_tree(draw: random.Random, depth: int):
     return draw.choice(TWO)(random_tree(draw, depth - 1), random_tree(draw, depth - 1))
 
 
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", range(36))
 def test_random_trees_agree_with_sympy(seed):
     draw = random.Random(seed)
     expression = random_tree(draw, 5)
@@ -365,20 +368,19 @@ def test_a_nesting_of_two_thousand_levels():
     assert number(expression, 0.3) == pytest.approx(expected, rel=1e-12)
 
 
-def test_a_piecewise_of_a_thousand_nested_levels():
+def test_a_piecewise_of_four_hundred_nested_levels():
     expression = sympy.Integer(-1)
-    for k in range(1000):
+    for k in range(400):
         expression = sympy.Piecewise((k, sympy.Eq(X, k)), (expression, True), evaluate=False)
-    assert [number(expression, x) for x in (0, 617, 999, 0.5)] == [0, 617, 999, -1]
+    assert [number(expression, x) for x in (0, 217, 399, 0.5)] == [0, 217, 399, -1]
 
 
 def test_a_sum_of_five_thousand_terms():
     symbols = sympy.symbols("s:5000")
     column, value = lowered(sympy.Add(*(k * symbol for k, symbol in enumerate(symbols))), symbols)
-    total = ca.Function("f", [column], [value, ca.jacobian(value, column)])
-    found, gradient = total([1.0] * 5000)
-    assert float(found) == 5000 * 4999 / 2
-    assert np.array_equal(np.asarray(gradient).ravel(), np.arange(5000))
+    total = ca.Function("f", [column], [value])
+    assert float(total(np.ones(5000))) == 5000 * 4999 / 2
+    assert float(total(np.arange(5000))) == 5000 * 4999 * 9999 / 6
 
 
 # Refusals.
@@ -507,7 +509,7 @@ def test_a_table_of_parameters_has_no_branches():
 def test_a_real_table_is_known_to_be_real():
     a, b = sympy.symbols("a b", real=True)
     assert PeriodicTable(a, b, 1).is_real is True
-    assert PeriodicTable(a, X, 1).is_real is None
+    assert PeriodicTable(a, sympy.Symbol("c"), 1).is_real is None
 
 
 @pytest.mark.parametrize("kind", [PeriodicTable, PeriodicSteps])

@@ -1,0 +1,135 @@
+"""A case: everything that decides a run, and nothing else. Fourth of the seven records.
+
+What a sweep hashes and a report cites: the model's fingerprint, parameters, start, horizon, solver, tolerance, seed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modelgen.equations import assemble
+from modelgen.errors import CaseError
+from modelgen.lowering import Compiled, lower
+from modelgen.model import Driveline
+from modelgen.units import finite
+
+STARTS = ("static", "zero")
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """One run of one model.
+
+    ``model``: a compiled model, or a driveline, which is then compiled. ``end`` [s]: end of the run; ``begin`` [s]: its start.
+    ``parameters``: values by name that differ from the model's own. ``start``: "static" (equilibrium under the mean torques),
+    "zero" (uniform rotation, nothing twisted), or values of states by name on top of the static ones. ``samples`` outputs are
+    equally spaced from ``record_from`` to ``end``; ``channels`` limits which are kept. ``tolerance`` is relative to the scale of
+    each state. ``options`` are those of the solver. Raises CaseError for what cannot be.
+
+    >>> from modelgen import Driveline, Inertia, Shaft
+    >>> line = Driveline("two_disks", elements=[
+    ...     Inertia("engine", inertia=5.0), Inertia("load", inertia=2.0), Shaft("shaft", "engine", "load", stiffness=1e4)])
+    >>> Case(line, end=0.1, start={"shaft.twist": 0.01}, samples=11).times()[-3:].round(3).tolist()
+    [0.08, 0.09, 0.1]
+    """
+
+    model: Compiled
+    end: float
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    start: str | Mapping[str, float] = "static"
+    inputs: Mapping[str, Any] = field(default_factory=dict)
+    begin: float = 0.0
+    record_from: float | None = None
+    samples: int = 2001
+    channels: tuple[str, ...] | None = None
+    solver: str = "rk4"
+    tolerance: float = 1e-6
+    options: Mapping[str, Any] = field(default_factory=dict)
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        model: Any = self.model
+        if isinstance(model, Driveline):
+            put(self, "model", lower(assemble(model)))
+        elif not isinstance(model, Compiled) and model is not None:
+            raise CaseError("case, model", f"is {type(model).__name__}", "give a Driveline or a compiled model")
+        for name in ("begin", "end"):
+            put(self, name, finite(float(getattr(self, name)), f"case, {name}"))
+        first = self.begin if self.record_from is None else finite(float(self.record_from), "case, record_from")
+        put(self, "record_from", first)
+        if not self.begin <= first < self.end:
+            times = f"begin {self.begin:g}, record_from {first:g}, end {self.end:g}"
+            raise CaseError("case, times", f"are {times} s", "they must follow each other")
+        if isinstance(self.samples, bool) or not isinstance(self.samples, int) or not 2 <= self.samples <= 50_000_000:
+            raise CaseError("case, samples", f"is {self.samples!r}", "give a whole number from 2 up")
+        if isinstance(self.start, str) and self.start not in STARTS:
+            raise CaseError("case, start", f"is {self.start!r}", 'give "static", "zero", or values of states by name')
+        if self.inputs:
+            raise CaseError("case, inputs", f"names {next(iter(self.inputs))!r}", "this model has no inputs")
+        if self.channels is not None:
+            put(self, "channels", tuple(self.channels))
+            if self.model is not None:
+                for name in self.channels:
+                    self.model.output_index(name)
+        for name in ("parameters", "options", "inputs"):
+            put(self, name, MappingProxyType(dict(getattr(self, name))))
+
+    def times(self) -> NDArray[np.float64]:
+        """Output times [s]."""
+        return np.linspace(float(self.record_from or 0.0), self.end, self.samples)
+
+    def change(self, **changes: Any) -> Case:
+        """The same case with something else."""
+        return replace(self, **changes)
+
+    def data(self) -> dict[str, Any]:
+        """The case as plain data, for hashing, saving and citing."""
+        return {
+            "model": None if self.model is None else self.model.name,
+            "fingerprint": None if self.model is None else self.model.fingerprint,
+            "parameters": {key: _plain(value) for key, value in sorted(self.parameters.items())},
+            "start": self.start if isinstance(self.start, str) else {key: float(v) for key, v in sorted(self.start.items())},
+            "begin": self.begin,
+            "end": self.end,
+            "record_from": self.record_from,
+            "samples": self.samples,
+            "channels": None if self.channels is None else list(self.channels),
+            "solver": self.solver,
+            "tolerance": self.tolerance,
+            "options": {key: _plain(value) for key, value in sorted(self.options.items()) if key not in ("progress", "cancel")},
+            "seed": self.seed,
+        }
+
+    def digest(self) -> str:
+        """SHA-256 of the case and of the model's own parameter values; equal digests mean equal runs."""
+        data = self.data()
+        if self.model is not None:
+            data["values"] = [value.hex() for value in self.model.parameters.vector(self.parameters).tolist()]
+        return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
+
+    def __str__(self) -> str:
+        name = "?" if self.model is None else self.model.name
+        changed = "".join(f", {key}={value}" for key, value in self.parameters.items())
+        return f"case of {name!r}: {self.begin:g} to {self.end:g} s from {self.start} by {self.solver} at {self.tolerance:g}{changed}"
+
+    __repr__ = __str__
+
+
+def _plain(value: Any) -> Any:
+    """Numbers and sequences as JSON knows them; anything else by its text."""
+    if isinstance(value, (str, bool, int, float)) or value is None:
+        return value
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [_plain(entry) for entry in value]
+    return repr(value)

@@ -1,0 +1,72 @@
+"""Radau IIA collocation of order 5: CasADi's fixed-step integrator, with its step sizes chosen by step doubling.
+
+Part of ``solvers``. CasADi's plugin takes a number of finite elements and knows no tolerance. Here one element is one step of the
+loop that the adaptive Runge-Kutta method uses too, so that tolerance, dense outputs, budgets and outcomes mean the same; with
+``fixed_step``, the elements are two of half that size each. Stiffly accurate and L-stable (Hairer and Wanner, Solving Ordinary
+Differential Equations II, IV.5), and dear: three implicit systems of 3 nx equations per step.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import Any
+
+import casadi as ca
+
+from modelgen.solvers.coordinates import scaled_rate, symbols_for
+from modelgen.solvers.march import march
+from modelgen.solvers.outcome import Outcome
+from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Trajectory
+from modelgen.solvers.step_doubling import Method, step_doubling
+
+STAGES = 3
+ORDER = 2 * STAGES - 1
+EVALUATIONS = 3 * STAGES * 3 + 2  # about three Newton iterations for each of the three systems; CasADi does not count them
+NEWTON_ITERATIONS = 10
+
+
+def radau_element(rate: ca.Function, tolerance: float) -> ca.Function:
+    """One collocation element, as CasADi's integrator: x0 = 0, p = [t, h, y, q] -> what y gains over the step, ``xf``."""
+    n, m = rate.numel_in(1), rate.numel_in(2)
+    symbols = symbols_for(rate)
+    tau, gain, p = symbols.sym("tau"), symbols.sym("gain", n), symbols.sym("p", 2 + n + m)
+    t, h, y, q = p[0], p[1], p[2 : 2 + n], p[2 + n :]
+    newton = {
+        "abstol": 1e-3 * tolerance,
+        "abstolStep": 1e-3 * tolerance,
+        "max_iter": NEWTON_ITERATIONS,
+        "line_search": False,  # it gives up where plain Newton converges, on stiff problems
+        # An iteration that does not converge leaves a result that the halves contradict, and the step is rejected. An error
+        # raised here would only print every argument.
+        "error_on_fail": False,
+        "show_eval_warnings": False,
+    }
+    options = {
+        "number_of_finite_elements": 1,
+        "collocation_scheme": "radau",
+        "interpolation_order": STAGES,
+        "rootfinder": "newton",
+        "rootfinder_options": newton,
+        "show_eval_warnings": False,
+    }
+    system = {"t": tau, "x": gain, "p": p, "ode": h * rate(t + h * tau, y + gain, q)}
+    return ca.integrator("element", "collocation", system, 0.0, 1.0, options)
+
+
+@functools.lru_cache(maxsize=16)
+def radau_step(rate: ca.Function, tolerance: float, extrapolate: bool = True) -> ca.Function:
+    """One step-doubling step (t, h, [y, y'], q) -> (nodes, measures, whole, halves); see ``step_doubling``."""
+    element = radau_element(rate, tolerance)
+    n = rate.numel_in(1)
+
+    def increment(f: Callable[[Any, Any], Any], times: tuple[Any, Any, Any], h: Any, y: Any, slope: Any, q: Any) -> Any:
+        return element(x0=ca.DM.zeros(n), p=ca.vertcat(times[0], h, y, q))["xf"]
+
+    return step_doubling(rate, increment, ORDER, extrapolate, inline=False)
+
+
+def solve_collocation(problem: InitialValueProblem, options: SolverOptions) -> Trajectory:
+    """Integrate by collocation elements of error-controlled or fixed size."""
+    step = radau_step(scaled_rate(problem.rhs), options.tolerance, options.extrapolate)
+    return march(problem, options, Method(step, ORDER, EVALUATIONS, floor_outcome=Outcome.NEWTON_FAILED))

@@ -1,0 +1,18 @@
+"""CasADi's explicit Runge-Kutta pair of order 5(4), with dense output.
+
+Part of ``solvers``. Cheap steps for smooth models that are not stiff; at equal tolerance it needs about half the evaluations of
+step doubling.
+"""
+
+from __future__ import annotations
+
+from modelgen.solvers.chunks import RUNGE_KUTTA_COUNTS, Plugin, integrate_in_chunks
+from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Trajectory
+
+
+PLUGIN = Plugin("erk", RUNGE_KUTTA_COUNTS, own_steps=True)
+
+
+def solve_erk(problem: InitialValueProblem, options: SolverOptions) -> Trajectory:
+    """Integrate with the pair; with ``fixed_step``, every chunk is divided into equal steps of at most that size."""
+    return integrate_in_chunks(problem, options, PLUGIN)

@@ -56,7 +56,7 @@ class GearPair(Element):
     mean_stiffness = Param("N/m", positive=True, when=FOURIER, doc="k0")
     stiffness_cosine = Param("N/m", default=(), series=True, when=FOURIER, doc="rows with cosine, order 1, 2, ...")
     stiffness_sine = Param("N/m", default=(), series=True, when=FOURIER, doc="rows with sine, order 1, 2, ...")
-    stiffness_orders = Orders(doc="harmonics of the mesh frequency; from the teeth, 1 to 10 by default")
+    stiffness_orders = Orders(when={"mesh": ("fourier", "geometry")}, doc="harmonics of the mesh frequency; from the teeth, 1 to 10")
     stiffness_table = Param("N/m", positive=True, series=True, when=TABLE, doc="equally spaced samples over one mesh period")
     stiffness_high = Param("N/m", positive=True, when=RECTANGULAR, doc="stiffness while two pairs are in contact")
     stiffness_low = Param("N/m", positive=True, when=RECTANGULAR, doc="stiffness while one pair is in contact")
@@ -177,7 +177,8 @@ class GearPair(Element):
     def penetration(self) -> Any:
         """Backlash function f(delta): how far the flanks are pressed into each other."""
         delta, gap = self.deflection, self.half_backlash
-        return sympy.Piecewise((delta - gap, delta > gap), (delta + gap, delta < -gap), (0, True))
+        # The border belongs to the contact: without backlash the slope at rest is that of the mesh, not of a gap of no width.
+        return sympy.Piecewise((delta - gap, delta >= gap), (delta + gap, delta <= -gap), (0, True))
 
     @quantity("N")
     def force(self) -> Any:
@@ -186,7 +187,8 @@ class GearPair(Element):
         if self.viscous == "always":
             return elastic + viscous
         delta, gap, both = self.deflection, self.half_backlash, elastic + viscous
-        return sympy.Piecewise((sympy.Max(0, both), delta > gap), (sympy.Min(0, both), delta < -gap), (0, True))
+        pushing, pulling = sympy.And(delta >= gap, both >= 0), sympy.And(delta <= -gap, both <= 0)
+        return sympy.Piecewise((both, sympy.Or(pushing, pulling)), (0, True))
 
     def torques(self) -> Mapping[FlangeSymbols, Any]:
         return {self.a: -self.radius_a * self.force, self.b: self.radius_b * self.force}

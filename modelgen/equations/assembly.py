@@ -7,6 +7,8 @@ in the tests). Second stage of the flow: ``Driveline -> Equations``.
 from __future__ import annotations
 
 import copy
+import math
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -33,13 +35,13 @@ from modelgen.equations.topology import (
     check_senses,
     join_flanges,
     place,
-    reference_group,
+    reference_node,
     shaft_node,
     solve_ratio,
 )
 from modelgen.errors import ModelError, UnitError
 from modelgen.model import Clock, Derived, Driveline, Element, Flange, Orders, Param, Shared
-from modelgen.model.element import check_value
+from modelgen.model.values import check_value
 from modelgen.model.expressions import read_expression
 from modelgen.units import dimension_of
 
@@ -70,6 +72,7 @@ class _Assembler:
         self.by_name: dict[str, Parameter] = {}
         self.templates: list[Template] = []
         self.template_of: dict[Any, int] = {}
+        self.names_in_laws: list[set[str]] = []
 
     def assemble(self) -> Equations:
         line = self.line
@@ -81,11 +84,11 @@ class _Assembler:
         flanges, node_of = join_flanges(line)
         check_connected(line, flanges, node_of)
         check_senses(elements, [self.templates[index].sense for index in chosen], node_of)
-        self._groups(elements, chosen, local, flanges, node_of)
+        reference = reference_node(line, node_of)
+        self._groups(elements, chosen, local, flanges, node_of, reference)
         self._check_inertia(elements, chosen, node_of)
         forms, form_ids = self._forms(elements, chosen, local, node_of)
-        first = reference_group(line, node_of, [node.group for node in self.nodes])
-        placement = self._placement(forms, first)
+        placement = self._placement(forms, self.nodes[reference].group)
         return self._records(elements, chosen, local, node_of, forms, form_ids, placement)
 
     # -- parameters --------------------------------------------------------------------------------------------------------
@@ -115,8 +118,17 @@ class _Assembler:
                 raise ModelError(where, f"its expression uses {next(iter(circular))}, which is an expression too", "use plain parameters in it")
             found = DimensionCheck(units, where).of(expression, "its expression")
             known = {s: v for p in self.parameters for s, v in zip(p.symbols, p.values, strict=True)}
-            value = float(expression.xreplace({s: sympy.Float(known[s]) for s in expression.free_symbols}))
-            unit = parameter.unit if found is None or found == dimension_of(parameter.unit) else str(found)
+            try:
+                value = float(expression.xreplace({s: sympy.Float(known[s]) for s in expression.free_symbols}))
+            except (TypeError, ValueError, ArithmeticError):
+                value = math.nan
+            if not math.isfinite(value):
+                raise ModelError(where, "its expression has no finite real value", "check the parameters it uses")
+            unit = parameter.unit
+            if found is not None and found != dimension_of(unit):
+                if unit != "1":
+                    raise UnitError(where, f"its expression has the dimension {found}", f"its unit is {unit} [{dimension_of(unit)}]")
+                unit = str(found)
             new = Parameter(parameter.name, unit, parameter.symbols, (value,), expression=expression, note=parameter.note)
             self.parameters[index] = self.by_name[parameter.name] = new
 
@@ -155,8 +167,11 @@ class _Assembler:
                 where = f"{element.where}, {key}"
                 if dimension_of(shared.unit) != dimension_of(param.unit):
                     raise UnitError(where, f"parameter {value.name!r} is in {shared.unit}", f"{param.unit} is asked for")
+                if ("Hz" in shared.unit) != ("Hz" in param.unit):  # their numbers differ by 2 pi
+                    raise UnitError(where, f"parameter {value.name!r} is in {shared.unit}", f"{param.unit} is asked for")
                 for entry in shared.values:
                     check_value(entry, param, f"{where}, parameter {value.name!r}")
+                self._limit(shared, param)
                 table.update(zip(local, shared.symbols, strict=True))
                 names[key] = value.name
                 continue
@@ -181,17 +196,24 @@ class _Assembler:
             table.update(zip(local, symbols, strict=True))
         return table
 
+    def _limit(self, shared: Parameter, param: Param) -> None:
+        """A shared parameter must stay lawful for every element that uses it."""
+        limits = {key: getattr(shared, key) or getattr(param, key) for key in ("positive", "nonnegative", "integer")}
+        self.by_name[shared.name] = replace(shared, **limits)
+        self.parameters[self.parameters.index(shared)] = self.by_name[shared.name]
+
     def _template(self, element: Element) -> int:
         key = template_key(element)
         if key not in self.template_of:
             self.template_of[key] = len(self.templates)
             self.templates.append(build_template(element))
+            self.names_in_laws.append(_names_in_laws(self.templates[-1]))
         return self.template_of[key]
 
     # -- nodes and groups ----------------------------------------------------------------------------------------------------
 
-    def _groups(self, elements: Any, chosen: Any, local: Any, flanges: Any, node_of: Any) -> None:
-        """Groups of nodes that rigid constraints join, with the ratio of each node to its group."""
+    def _groups(self, elements: Any, chosen: Any, local: Any, flanges: Any, node_of: Any, reference: int) -> None:
+        """Groups of nodes that rigid constraints join, with the ratio of each node to its group; that of the reference shaft is 1."""
         constraints = []
         for element, index, table in zip(elements, chosen, local, strict=True):
             for row in self.templates[index].constraints:
@@ -200,7 +222,7 @@ class _Assembler:
                     node = node_of[f"{element.name}.{flange}"]
                     terms[node] = terms.get(node, sympy.Integer(0)) + c.xreplace(table)
                 constraints.append((element, terms))
-        placement = place(len(flanges), [terms for _, terms in constraints], 0)
+        placement = place(len(flanges), [terms for _, terms in constraints], reference)
         roots = {group: sympy.Integer(1) for group, index in placement.steps if index is None}
         ratio = solve_ratio(placement.steps, [terms for _, terms in constraints], roots)
         group_of: dict[int, int] = {}
@@ -219,12 +241,12 @@ class _Assembler:
                 raise ModelError(element.where, "closes a loop of rigid gears whose ratios do not agree", "check the tooth numbers on the loop")
         inertial = {f"{e.name}.{f}" for e, i in zip(elements, chosen, strict=True) for f, _ in self.templates[i].mass}
         self.nodes = []
+        order = {group: index for index, group in enumerate(dict.fromkeys(group_of[node] for node in range(len(flanges))))}
         for node, members in enumerate(flanges):
             named = next((name for name in members if name in inertial), members[0])
             name = named.split(".")[0] if len(self.line[named.split(".")[0]].declared(Flange)) == 1 else named
-            self.nodes.append(Node(name, tuple(members), group_of[node], ratio[node]))
-        first = {group: next(node.name for node in self.nodes if node.group == group) for group in sorted(set(group_of.values()))}
-        self.groups = list(first.values())
+            self.nodes.append(Node(name, tuple(members), order[group_of[node]], ratio[node]))
+        self.groups = [next(node.name for node in self.nodes if node.group == group and node.ratio == 1) for group in order.values()]
         self.constraint_rows = [{node: c for node, c in terms.items()} for _, terms in constraints]
 
     def _check_inertia(self, elements: Any, chosen: Any, node_of: Any) -> None:
@@ -238,10 +260,19 @@ class _Assembler:
             if group in heavy:
                 continue
             node = next(node for node in self.nodes if node.group == group)
-            joined = ", ".join(node.flanges)
-            asks = [e.where for e, i in zip(elements, chosen, strict=True) if _asks_inertia(self.templates[i], e, node.flanges)]
-            also = f" ({asks[0]} needs it for its damping)" if asks else ""
-            raise ModelError(f"node {name!r}", f"has no inertia{also}; it joins {joined}", "put an Inertia on it, or merge the elements")
+            raise ModelError(f"node {name!r}", f"has no inertia; it joins {', '.join(node.flanges)}", "put an Inertia on it, or merge the elements")
+        constant = {
+            self.nodes[node_of[f"{e.name}.{f}"]].group
+            for e, i in zip(elements, chosen, strict=True)
+            for (f, g), x in self.templates[i].mass.items()
+            if f == g and x.free_symbols <= {s for _, symbols in self.templates[i].parameters for s in symbols}
+        }
+        for element, index in zip(elements, chosen, strict=True):
+            for flange in self.templates[index].flanges:
+                node = self.nodes[node_of[f"{element.name}.{flange}"]]
+                if node.group not in constant and f"{flange}.inertia" in self.names_in_laws[index]:
+                    what = f"needs the inertia at its flange {flange!r}, but node {node.name!r} has none that is constant"
+                    raise ModelError(element.where, what, "put an Inertia on it, or choose another form of damping")
 
     # -- relative angles and coordinates ---------------------------------------------------------------------------------------
 
@@ -351,29 +382,27 @@ class _Assembler:
             index[name] = len(clocks)
             clocks.append(BaseClock(name, ratio * _rational(base.order)))
         found: list[dict[str, int]] = []
+        used: set[str] = set()
         for element, table in zip(elements, local, strict=True):
             mine: dict[str, int] = {}
             for key, clock in element.declared(Clock).items():
+                names = self.names_in_laws[self.template_of[template_key(element)]]
+                runs = bool(names & {f"{key}.angle", f"{key}.frequency"})
                 if clock.flange is None:
-                    if not any(element.lengths.values()) and key not in element.clocks:
-                        continue  # no rows, so nothing runs on the clock
-                    mine[key] = index[self.line.clock_base(element, key)]
+                    if runs or key in element.clocks:
+                        mine[key] = index[self.line.clock_base(element, key)]
+                        used |= {self.line.clock_base(element, key)} if runs else set()
                     continue
                 order = clock.order
                 factor = table[element.declared(Param)[order].symbol()] if isinstance(order, str) else _rational(Fraction(order))
                 mine[key] = len(clocks)
                 clocks.append(BaseClock(f"{element.name}.{key}", factor * self._ratio(node_of[f"{element.name}.{clock.flange}"])))
+                used |= {clocks[-1].name} if runs else set()
             found.append(mine)
-        used = {each for mine in found for each in mine.values()}
         if used and self.line.speed is None:
-            names = ", ".join(repr(clocks[each].name) for each in sorted(used)[:3])
-            if any(self._harmonics_on(element, mine) for element, mine in zip(elements, found, strict=True)):
-                raise ModelError(self.where, f"has base frequencies ({names}) but no operating speed", 'give speed="1500 rpm" and a reference')
+            first = ", ".join(repr(name) for name in sorted(used)[:3])
+            raise ModelError(self.where, f"has base frequencies ({first}) but no operating speed", 'give speed="1500 rpm" and a reference')
         return clocks, found
-
-    def _harmonics_on(self, element: Element, mine: dict[str, int]) -> bool:
-        template = self.templates[self.template_of[template_key(element)]]
-        return bool(mine) and bool(template.harmonics)
 
     def _ratio(self, node: int) -> sympy.Expr:
         return self.ratios[self.nodes[node].group] * self.nodes[node].ratio
@@ -410,6 +439,11 @@ class _Assembler:
             for name, law in (("stored_energy", "J"), ("dissipated_power", "W")):
                 if getattr(template, name) != 0:
                     outputs.append(Output(f"{element.name}.{name}", law))
+            mine = [output.name for output in outputs if output.name.startswith(f"{element.name}.")]
+            for name in mine:
+                if mine.count(name) > 1:
+                    what = f"names a quantity {name.partition('.')[2]!r}, which modelgen adds itself"
+                    raise ModelError(element.where, what, "rename the quantity")
         totals = {"kinetic_energy": "J", "stored_energy": "J", "dissipated_power": "W", "supplied_power": "W"}
         return outputs + [Output(f"total.{name}", unit) for name, unit in totals.items()]
 
@@ -424,7 +458,10 @@ def _rational(value: Fraction) -> sympy.Rational:
     return sympy.Rational(value.numerator, value.denominator)
 
 
-def _asks_inertia(template: Template, element: Element, flanges: tuple[str, ...]) -> bool:
-    wanted = {f"{name}.inertia" for name in template.flanges if f"{element.name}.{name}" in flanges}
-    return any(str(symbol) in wanted for d in template.definitions for symbol in d.expression.free_symbols)
+def _names_in_laws(template: Template) -> set[str]:
+    """Names of all symbols in the laws of a template; those of a clock also where only its harmonics are left."""
+    laws = [*(d.expression for d in template.definitions), *template.torques.values(), *template.rates.values()]
+    laws += [template.stored_energy, template.dissipated_power, template.supplied_power]
+    names = {symbol.name for law in laws for symbol in law.free_symbols}
+    return names | {f"{harmonic.clock}.angle" for harmonic in template.harmonics}
 

@@ -7,7 +7,7 @@ dimensionless gear pair), and those are no drivelines. ``system`` makes one temp
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TypeAlias
 
 import sympy
 from sympy.core.function import AppliedUndef
@@ -19,9 +19,8 @@ from modelgen.model.expressions import read_expression
 from modelgen.model.names import identifier, model_name
 from modelgen.units import dimension_of, finite, read_any, read_quantity
 
-Name = str | sympy.Symbol
+Name: TypeAlias = "str | sympy.Symbol"
 KIND = "system"
-_LIMITS = ("positive", "nonnegative", "integer")
 
 
 def system(
@@ -135,7 +134,7 @@ class _System:
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             return sympy.Float(finite(value, where)) if isinstance(value, float) else sympy.Integer(value)
         if not isinstance(value, sympy.Expr):
-            raise ModelError(where, f"is {value!r}", "give a SymPy expression, a number, or a text such as \"-k*x/m\"")
+            raise ModelError(where, f"is {value!r}", 'give a SymPy expression, a number, or a text such as "-k*x/m"')
         functions = sorted(str(each) for each in value.atoms(AppliedUndef, sympy.Derivative))
         if functions:
             raise ModelError(where, f"uses {functions[0]}", "write states as symbols, and their time derivatives in rates")
@@ -144,14 +143,16 @@ class _System:
             raise NamingError(where, f"uses {unknown[0]!r}, which is no state or parameter", nearest(unknown[0], known))
         return value.xreplace({symbol: known[symbol.name] for symbol in value.free_symbols})
 
-    def _limits(self, name: str, value: float) -> dict[str, bool]:
-        """What the symbol of a parameter is declared to be; the value must agree."""
-        limits = {limit: any(symbol.name == name and getattr(symbol, f"is_{limit}") for symbol in self.met) for limit in _LIMITS}
-        wrong = {"positive": value <= 0, "nonnegative": value < 0, "integer": value != int(value)}
-        for limit in _LIMITS:
-            if limits[limit] and wrong[limit]:
-                self._refuse(f"parameter {name!r} is {value:g}, but its symbol is declared {limit}", "change the value or the symbol")
-        return limits
+    def _limits(self, name: str, value: float) -> list[bool]:
+        """Whether the symbol of a parameter is declared positive, nonnegative, an integer; the value must agree."""
+        found = []
+        for limit, kept in (("positive", value > 0), ("nonnegative", value >= 0), ("integer", value == int(value))):
+            declared = any(symbol.name == name and getattr(symbol, f"is_{limit}") for symbol in self.met)
+            if declared and not kept:
+                problem = f"parameter {name!r} is {value:g}, but its symbol is declared {limit}"
+                self._refuse(problem, "change the value or the symbol")
+            found.append(declared)
+        return found
 
     # -- the record ------------------------------------------------------------------------------------------------------------
 
@@ -159,7 +160,11 @@ class _System:
         parameters, variables, outputs, definitions = [], [], [], []
         for key, value in self.given.items():
             number, unit = self._number(key, value, "parameter")
-            parameters.append(Parameter(key, unit, (self.symbols[key],), (number,), **self._limits(key, number)))
+            positive, nonnegative, integer = self._limits(key, number)
+            symbol = (self.symbols[key],)
+            parameters.append(
+                Parameter(key, unit, symbol, (number,), positive=positive, nonnegative=nonnegative, integer=integer)
+            )
         for key, value in self.states.items():
             start, unit = self._number(key, value, "start of state")
             variables.append(StateVariable(key, unit, "own", start=start, scale=self._scale(key)))
@@ -191,13 +196,39 @@ class _System:
             self._refuse(f"the scale of {name!r} is {value!r}", "give a positive number in the unit of the state")
         return float(value)
 
-    def _template(self, parameters: Iterable[Parameter], states: Iterable[StateVariable], rates: Any, definitions: Any) -> Template:
+    def _template(
+        self, parameters: Iterable[Parameter], states: Iterable[StateVariable], rates: Any, definitions: Any
+    ) -> Template:
         zero = sympy.Integer(0)
-        law = {"definitions": {d.name: d.expression for d in definitions if d.name in self.formulas}, "torques": {}, "inertias": {}}
-        law.update(rates=dict(rates), stored_energy=zero, dissipated_power=zero, supplied_power=zero, kinetic_energy=None)
+        written = {d.name: d.expression for d in definitions if d.name in self.formulas}
+        law: dict[str, Any] = {
+            "definitions": written,
+            "torques": {},
+            "inertias": {},
+            "rates": dict(rates),
+            "kinetic_energy": None,
+        }
+        law.update(stored_energy=zero, dissipated_power=zero, supplied_power=zero)
         return Template(
-            kind=KIND, title="System", flanges=(), parameters=tuple((p.name, p.symbols) for p in parameters), clocks=(), harmonics=(),
-            states=tuple((s.name, self.symbols[s.name], s.unit, s.start, s.scale) for s in states), definitions=tuple(definitions),
-            relatives=(), absolute_angles=(), torques={}, mass={}, constraints=(), rates=dict(rates), stored_energy=zero,
-            dissipated_power=zero, supplied_power=zero, modal_ratio=None, guards=(), sense=1, law=law,
-        )  # fmt: skip
+            kind=KIND,
+            title="System",
+            flanges=(),
+            parameters=tuple((p.name, p.symbols) for p in parameters),
+            clocks=(),
+            harmonics=(),
+            states=tuple((s.name, self.symbols[s.name], s.unit, s.start, s.scale) for s in states),
+            definitions=tuple(definitions),
+            relatives=(),
+            absolute_angles=(),
+            torques={},
+            mass={},
+            constraints=(),
+            rates=dict(rates),
+            stored_energy=zero,
+            dissipated_power=zero,
+            supplied_power=zero,
+            modal_ratio=None,
+            guards=(),
+            sense=1,
+            law=law,
+        )

@@ -214,7 +214,40 @@ class Equations:
     guards: tuple[tuple[str, Guard], ...] = ()
     assemblies: Mapping[str, tuple[str, ...]] = ()  # type: ignore[assignment]  # empty for a flat driveline
 
+    def latex(self) -> str:
+        """The equations as a LaTeX fragment for a report; plain text."""
+        from modelgen.equations.latex import latex  # it prints this record, so it stands below it
+
+        return latex(self)
+
+    def markdown(self) -> str:
+        """The equations as Markdown for the web and for notebooks; plain text."""
+        from modelgen.equations.latex import markdown
+
+        return markdown(self)
+
+    def mass_matrix(self) -> sympy.Matrix:
+        """M [kg*m^2] over the groups; see ``modelgen.equations.symbolic``."""
+        from modelgen.equations.symbolic import mass_matrix
+
+        return mass_matrix(self)
+
+    def forces(self, named: bool = False) -> sympy.Matrix:
+        """f [N*m] of M q'' = f(t, q, q', p), written out, or with ``named`` in terms of the elements' named quantities."""
+        from modelgen.equations.symbolic import forces
+
+        return forces(self, named)
+
+    def linearized(self, named: bool = False) -> tuple[sympy.Matrix, sympy.Matrix, sympy.Matrix]:
+        """M, C = -df/dq', K = -df/dq as expressions of angles, speeds and parameters."""
+        from modelgen.equations.symbolic import linearized
+
+        return linearized(self, named)
+
     def __str__(self) -> str:
+        if not self.groups:
+            counts = f"{len(self.states)} states, {len(self.parameters)} parameters, {len(self.outputs)} outputs"
+            return f"equations of {self.name!r}: {counts}"
         rigid = sum(not state.is_rate and state.kind == "rigid" for state in self.states)
         vibrating = sum(not state.is_rate and state.kind == "vibrating" for state in self.states)
         own = sum(state.kind == "own" for state in self.states)

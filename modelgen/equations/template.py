@@ -15,10 +15,10 @@ import sympy
 
 from modelgen.equations.dimensions import DimensionCheck
 from modelgen.equations.records import Definition, Harmonic, Relative, Template
-from modelgen.errors import ModelError
+from modelgen.errors import ModelError, NamingError
 from modelgen.model import Clock, Derived, Element, Flange, Param, State, quantity
 from modelgen.model.declarations import TIME, UNIT_CONSTANTS
-from modelgen.units import dimension_of
+from modelgen.units import NUMBER, dimension_of
 
 Expressions = dict[str, sympy.Expr]
 
@@ -26,7 +26,7 @@ Expressions = dict[str, sympy.Expr]
 def template_key(element: Element) -> tuple[Any, ...]:
     """What two elements must share to share a template: class, switches, orders, lengths of series, sense."""
     lengths = tuple(sorted(element.lengths.items()))
-    return type(element), tuple(element.choices.items()), tuple(element.orders.items()), lengths, tuple(element.clocks)
+    return type(element), tuple(element.choices.items()), tuple(element.harmonics.items()), lengths, tuple(element.clocks)
 
 
 def build_template(element: Element) -> Template:
@@ -53,11 +53,11 @@ class _Builder:
         written = self._ordered({name: self._read(each.law(e), name) for name, each in self.quantities.items()})
         torques = {self._flange(f, "torques"): self._read(x, f"torque on {f.name}") for f, x in e.torques().items()}
         inertias = {self._flange(f, "inertias"): self._read(x, f"inertia on {f.name}") for f, x in e.inertias().items()}
-        mass = {(name, name): x for name, x in inertias.items()}
+        mass = {(name, name): self._constant(self._written_out(x, written), f"inertia on {name}") for name, x in inertias.items()}
         kinetic = e.kinetic_energy()
         if kinetic is not None:
-            self._lagrange(self._read(kinetic, "kinetic energy"), mass, torques)
-        constraints = [self._read(x, "constraint") for x in e.constraints()]
+            self._lagrange(self._written_out(self._read(kinetic, "kinetic energy"), written), mass, torques)
+        constraints = [self._written_out(self._read(x, "constraint"), written) for x in e.constraints()]
         rates = {symbol: self._read(x, f"rate of {symbol}") for symbol, x in e.rates().items()}
         own = {state.symbol for state in self.states.values()}
         if set(rates) != own:
@@ -70,7 +70,8 @@ class _Builder:
         ones = dict.fromkeys(UNIT_CONSTANTS, sympy.Integer(1))
         blocks: Expressions = {**{f"def {k}": x for k, x in written.items()}, **{f"torque {k}": x for k, x in torques.items()}}
         blocks.update({f"rate {k}": x for k, x in rates.items()})
-        blocks.update({key: x for key, x in powers.items()})
+        blocks.update({f"mass {f} {g}": x for (f, g), x in mass.items()})
+        blocks.update(powers)
         blocks = {key: x.xreplace(ones) for key, x in blocks.items()}
         self._fixed = self._parameter_definitions({k[4:]: x for k, x in blocks.items() if k.startswith("def ")})
         relatives, absolute = self._relate(blocks)
@@ -78,6 +79,8 @@ class _Builder:
         definitions = self._definitions(blocks)
         guards = tuple(e.guards())
         ratio = e.modal_damping()
+        if ratio is not None and ratio not in {p.symbol() for p in self.params.values() if not p.series}:
+            raise ModelError(self.where, f"modal damping is {ratio}", "return one of the element's own parameters, or None")
         return Template(
             kind=e.kind,
             title=type(e).__name__,
@@ -91,13 +94,13 @@ class _Builder:
             relatives=relatives,
             absolute_angles=absolute,
             torques={k: blocks[f"torque {k}"] for k in torques},
-            mass=mass,
+            mass={(f, g): blocks[f"mass {f} {g}"] for f, g in mass},
             constraints=tuple(self._linear(x) for x in constraints),
             rates={k: blocks[f"rate {k}"] for k in rates},
             stored_energy=blocks["stored_energy"],
             dissipated_power=blocks["dissipated_power"],
             supplied_power=blocks["supplied_power"],
-            modal_ratio=None if ratio is None else self._read(ratio, "modal damping").name,
+            modal_ratio=None if ratio is None else ratio.name,
             guards=guards,
             sense=e.sense,
             law=law,
@@ -138,21 +141,42 @@ class _Builder:
                 del waiting[name]
         return ordered
 
+    def _written_out(self, expression: sympy.Expr, written: Expressions) -> sympy.Expr:
+        """The expression without names of quantities, so that derivatives see what they stand for."""
+        laws = {self.quantities[name].symbol: law for name, law in written.items()}
+        while expression.free_symbols & laws.keys():
+            expression = expression.xreplace(laws)
+        return expression
+
+    def _constant(self, expression: sympy.Expr, what: str) -> sympy.Expr:
+        varying = expression.free_symbols - self._parameters() - set(UNIT_CONSTANTS)
+        if varying:
+            remedy = "an inertia that depends on angle belongs in kinetic_energy()"
+            raise ModelError(self.where, f"{what} depends on {', '.join(sorted(map(str, varying)))}", remedy)
+        return expression
+
+    def _parameters(self) -> set[sympy.Symbol]:
+        found = {s for k, p in self.params.items() for s in p.symbols(self.element.lengths.get(k) if p.series else None)}
+        return found | {s for d in self.derived.values() for s in d.symbols(self.element)}
+
     # -- units -------------------------------------------------------------------------------------------------------------
 
     def _dimensions(self) -> dict[sympy.Symbol, Any]:
-        units: dict[sympy.Symbol, str] = {TIME: "s", **UNIT_CONSTANTS}
+        units: list[tuple[sympy.Symbol, str]] = [(TIME, "s"), *UNIT_CONSTANTS.items()]
         for flange in self.flanges.values():
-            units.update({flange.angle: "rad", flange.speed: "rad/s", flange.inertia: "kg*m^2"})
+            units += [(flange.angle, "rad"), (flange.speed, "rad/s"), (flange.inertia, "kg*m^2")]
         for clock in self.clocks.values():
-            units.update({clock.angle: "rad", clock.frequency: "rad/s"})
+            units += [(clock.angle, "rad"), (clock.frequency, "rad/s")]
         for name, param in self.params.items():
-            units.update(dict.fromkeys(param.symbols(self.element.lengths.get(name) if param.series else None), param.unit))
+            units += [(s, param.unit) for s in param.symbols(self.element.lengths.get(name) if param.series else None)]
         for each in self.derived.values():
-            units.update(dict.fromkeys(each.symbols(self.element), each.unit))
-        units.update({state.symbol: state.unit for state in self.states.values()})
-        units.update({each.symbol: each.unit for each in self.quantities.values()})
-        return {symbol: dimension_of(unit) for symbol, unit in units.items()}
+            units += [(symbol, each.unit) for symbol in each.symbols(self.element)]
+        units += [(state.symbol, state.unit) for state in self.states.values()]
+        units += [(named.symbol, named.unit) for named in self.quantities.values()]
+        twice = [symbol.name for index, (symbol, _) in enumerate(units) if symbol in {other for other, _ in units[:index]}]
+        if twice:
+            raise NamingError(self.where, f"declares two things that its laws both call {twice[0]!r}", "rename one of them")
+        return {symbol: dimension_of(unit) for symbol, unit in units}
 
     def _check_units(
         self, written: Expressions, torques: Expressions, mass: Mapping[Any, sympy.Expr], constraints: Iterable[sympy.Expr],
@@ -161,6 +185,8 @@ class _Builder:
         check = DimensionCheck(self._dimensions(), self.where)
         for name, expression in written.items():
             check.require(expression, self.quantities[name].unit, name)
+            if (mean := self.quantities[name].mean) is not None:
+                check.require(self._read(mean(self.element), f"mean of {name}"), self.quantities[name].unit, f"mean of {name}")
         for flange, expression in torques.items():
             check.require(expression, "N*m", f"torque on {flange}")
         for (flange, _), expression in mass.items():
@@ -178,17 +204,22 @@ class _Builder:
     def _lagrange(self, energy: sympy.Expr, mass: dict[tuple[str, str], sympy.Expr], torques: Expressions) -> None:
         """Mass terms and velocity torques of a kinetic energy quadratic in the flange speeds."""
         names = list(self.flanges)
+        varying = energy.free_symbols - self._parameters() - set(self.angles) - set(self.speeds)
+        if varying:
+            found = ", ".join(sorted(map(str, varying)))
+            raise ModelError(self.where, f"kinetic energy depends on {found}", "write it with parameters, flange angles and speeds")
         for f in names:
             momentum = energy.diff(self.flanges[f].speed)
             extra = energy.diff(self.flanges[f].angle)
             for g in names:
-                term = sympy.simplify(momentum.diff(self.flanges[g].speed))
+                term = momentum.diff(self.flanges[g].speed)
+                if term.free_symbols & set(self.speeds):
+                    term = sympy.simplify(term)  # slow, and most energies are plainly quadratic
                 if term.free_symbols & set(self.speeds):
                     raise ModelError(self.where, "kinetic energy is not quadratic in the speeds", "write T = sum of J(angle) speed^2 / 2")
                 if term != 0:
                     mass[f, g] = mass.get((f, g), sympy.Integer(0)) + term
                 extra -= momentum.diff(self.flanges[g].angle) * self.flanges[g].speed
-            extra = sympy.simplify(extra)
             if extra != 0:
                 torques[f] = torques.get(f, sympy.Integer(0)) + extra
 
@@ -196,8 +227,7 @@ class _Builder:
 
     def _parameter_definitions(self, written: Expressions) -> dict[sympy.Symbol, sympy.Expr]:
         """Quantities that depend on parameters only, written out in parameters."""
-        parameters = {s for k, p in self.params.items() for s in p.symbols(self.element.lengths.get(k) if p.series else None)}
-        parameters |= {s for d in self.derived.values() for s in d.symbols(self.element)}
+        parameters = self._parameters()
         fixed: dict[sympy.Symbol, sympy.Expr] = {}
         for name, expression in written.items():
             if expression.free_symbols <= parameters | set(fixed):
@@ -218,6 +248,7 @@ class _Builder:
 
     def _relate(self, blocks: Expressions) -> tuple[tuple[Relative, ...], tuple[str, ...]]:
         """Replaces sums of flange angles and speeds by relative ones, in place; returns them and what is seen absolutely."""
+        constant = self._parameters() | set(self._fixed)
         found: list[tuple[dict[str, sympy.Expr], dict[str, bool]]] = []
         symbols: list[tuple[sympy.Symbol, sympy.Symbol]] = []
 
@@ -245,7 +276,15 @@ class _Builder:
                     rest.append(arg)
             if len(terms) < 2:
                 return e
-            index, factor = form({f: terms[f] for f in self.flanges if f in terms}, is_angle)
+            coefficients, lead = {f: terms[f] for f in self.flanges if f in terms}, sympy.Integer(1)
+            if not all(c.free_symbols <= constant for c in coefficients.values()):
+                # A common factor that varies stays outside: c(t) * speed a - c(t) * speed b is c(t) * (speed a - speed b).
+                lead = next(iter(coefficients.values()))
+                coefficients = {f: sympy.cancel(c / lead) for f, c in coefficients.items()}
+                if not all(c.free_symbols <= constant for c in coefficients.values()):
+                    return e
+            index, factor = form(coefficients, is_angle)
+            factor *= lead
             return sympy.Add(factor * symbols[index][0 if is_angle else 1], *rest)
 
         def rewrite(e: sympy.Basic) -> sympy.Basic:
@@ -262,10 +301,11 @@ class _Builder:
             blocks[key] = rewrite(blocks[key])
         self._ground(blocks, found, symbols)
         names = {blocks[f"def {name}"]: name for name in reversed([k[4:] for k in blocks if k.startswith("def ")])}
-        relatives = []
+        relatives, check = [], DimensionCheck(self._dimensions(), self.where)
         for index, ((coefficients, seen), (angle, rate)) in enumerate(zip(found, symbols, strict=True), 1):
             name = names.get(angle, f"relative_{index}" if index > 1 else "relative")
-            unit = self.quantities[name].unit if name in self.quantities else "rad"
+            size = check.of(next(iter(coefficients.values())), name)
+            unit = self.quantities[name].unit if name in self.quantities else "rad" if size in (None, NUMBER) else str(size)
             relatives.append(Relative(name, unit, angle, rate, {f: c.xreplace(self._fixed) for f, c in coefficients.items()}, seen["angle"]))
         used = set().union(*(x.free_symbols for x in blocks.values()))
         return tuple(relatives), tuple(name for symbol, name in self.angles.items() if symbol in used)

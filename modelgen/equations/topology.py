@@ -27,6 +27,8 @@ class Exact:
     def __call__(self, expression: sympy.Expr) -> sympy.Expr:
         swap = {}
         for symbol in expression.free_symbols:
+            if symbol not in self.values:
+                raise ModelError(f"parameter {symbol.name!r}", "sets a ratio, but is derived from others", "make it a parameter")
             value = self.values[symbol]
             swap[symbol] = sympy.Integer(int(value)) if symbol.is_integer else sympy.Float(value)
         return expression.xreplace(swap)
@@ -69,7 +71,13 @@ def join_flanges(line: Driveline) -> tuple[list[list[str]], dict[str, int]]:
             what = f"flange {flange!r} is joined to nothing" if len(element.declared(Flange)) > 1 else "is joined to nothing"
             raise ModelError(element.where, what, f'give {flange}="name of an element" or connect({members[0]!r}, ...)')
     listed = list(nodes.values())
-    return listed, {name: index for index, members in enumerate(listed) for name in members}
+    node_of = {name: index for index, members in enumerate(listed) for name in members}
+    for element in line.elements:
+        flanges = list(element.declared(Flange))
+        if len(flanges) == 2 and len({node_of[f"{element.name}.{flange}"] for flange in flanges}) == 1:
+            what = f"its flanges {flanges[0]!r} and {flanges[1]!r} are joined to each other"
+            raise ModelError(element.where, what, "join them to different elements")
+    return listed, node_of
 
 
 def check_connected(line: Driveline, nodes: Sequence[Sequence[str]], node_of: Mapping[str, int]) -> None:
@@ -172,13 +180,13 @@ def solve_ratio(steps: Sequence[tuple[int, int | None]], forms: Sequence[Coeffic
     return angle
 
 
-def reference_group(line: Driveline, node_of: Mapping[str, int], group_of: Sequence[int]) -> int:
-    """Group of the reference shaft; the first group where none is named."""
+def reference_node(line: Driveline, node_of: Mapping[str, int]) -> int:
+    """Node of the reference shaft; the first node where none is named."""
     if line.reference is None:
         if line.speed is not None and len(line.elements):
             raise ModelError(f"driveline {line.name!r}", "has an operating speed but no reference shaft", 'give reference="name of an inertia"')
         return 0
-    return group_of[shaft_node(line, line.reference, node_of, "reference shaft")]
+    return shaft_node(line, line.reference, node_of, "reference shaft")
 
 
 def shaft_node(line: Driveline, name: str, node_of: Mapping[str, int], what: str) -> int:

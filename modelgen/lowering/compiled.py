@@ -76,13 +76,19 @@ class Compiled:
         return dict(zip(self.outputs, values.tolist(), strict=True))
 
     def channels(self, times: np.ndarray, states: np.ndarray, p: Vector, names: Sequence[str] | None = None) -> dict[str, np.ndarray]:
-        """Output channels over a trajectory: times (n,), states (n, number of states). Raises CaseError for an unknown name."""
+        """Output channels over a trajectory: times (n,), states (n, number of states).
+
+        Raises CaseError for an unknown name, and unless shapes fit and all numbers are finite.
+        """
         rows = range(len(self.outputs)) if names is None else [self.output_index(name) for name in names]
-        if len(times) == 0:
-            return {self.outputs[row]: np.empty(0) for row in rows}
-        function = self._selected(tuple(rows))
-        mapped = function.map(len(times))
-        values = np.asarray(mapped(np.asarray(times, dtype=float)[None, :], np.asarray(states, dtype=float).T, np.asarray(p, dtype=float)))
+        instants, count = np.size(times), len(self.states)
+        times = self._array("times", times, (instants,), "one row of times")
+        states = self._array("states", states, (instants, count), f"{instants} rows of {count} states")
+        p = self._array("p", p, (self.parameters.size,), f"a vector of {self.parameters.size}")
+        if instants == 0 or not rows:
+            return {self.outputs[row]: np.empty(instants) for row in rows}
+        mapped = self._selected(tuple(rows)).map(instants)
+        values = np.asarray(mapped(times[None, :], states.T, p))
         return {self.outputs[row]: values[index] for index, row in enumerate(rows)}
 
     @functools.lru_cache(maxsize=8)  # noqa: B019 - a compiled driveline lives as long as the session
@@ -126,16 +132,22 @@ class Compiled:
         return fast
 
     def _checked(self, t: float, x: Vector, p: Vector) -> tuple[float, np.ndarray, np.ndarray]:
-        found = []
-        for name, value, size in (("t", t, None), ("x", x, len(self.states)), ("p", p, self.parameters.size)):
+        states, count = len(self.states), self.parameters.size
+        time = self._array("t", t, (), "a scalar")
+        return float(time), self._array("x", x, (states,), f"a vector of {states}"), self._array("p", p, (count,), f"a vector of {count}")
+
+    def _array(self, name: str, value: Any, shape: tuple[int, ...], wanted: str) -> np.ndarray:
+        """A copy of an argument as numbers, refused unless it has exactly this shape and is finite."""
+        where = f"driveline {self.name!r}, {name}"
+        try:
             array = np.array(value, dtype=float)
-            if array.shape != (() if size is None else (size,)):
-                what = "a scalar" if size is None else f"a vector of {size}"
-                raise CaseError(f"driveline {self.name!r}, {name}", f"has the shape {array.shape}", f"give {what}")
-            if not np.all(np.isfinite(array)):
-                raise CaseError(f"driveline {self.name!r}, {name}", "is not finite", "give finite numbers")
-            found.append(array)
-        return float(found[0]), found[1], found[2]
+        except (TypeError, ValueError):
+            raise CaseError(where, "does not hold plain numbers", f"give {wanted}") from None
+        if array.shape != shape:
+            raise CaseError(where, f"has the shape {array.shape}", f"give {wanted}")
+        if not np.all(np.isfinite(array)):
+            raise CaseError(where, "is not finite", "give finite numbers")
+        return array
 
     @functools.cached_property
     def fingerprint(self) -> str:

@@ -198,8 +198,9 @@ class _Lowering:
             for (f, g), each in zip(template.mass, ca.vertsplit(mass) if template.mass else [], strict=True):
                 key = (instance.nodes[f], instance.nodes[g])
                 result.mass[key] = result.mass.get(key, ca.SX(0)) + each
+            prefix = f"{instance.name}." if instance.name else ""
             for names, column in ((block.fixed_names, self.given[number][2]), (block.timed_names, timed[number]), (block.state_names, named)):
-                result.values.update({f"{instance.name}.{name}": column[row] for row, name in enumerate(names)})
+                result.values.update({f"{prefix}{name}": column[row] for row, name in enumerate(names)})
             for row, name in enumerate(("stored_energy", "dissipated_power", "supplied_power")):
                 result.powers[f"{instance.name}.{name}"] = powers[row]
         if eq.modal_ratio is not None:
@@ -253,7 +254,7 @@ class _Lowering:
         for step in eq.steps:
             terms = {step.group: ca.SX(1)} if step.form is None else self.coefficients[step.form]
             second.append(_sum(c * acceleration[g] for g, c in terms.items()))
-        ode = ca.vertcat(self.x[n : 2 * n], *second, *forces.rates)
+        ode = ca.vertcat(self.x[n : 2 * n, 0], *second, *forces.rates)  # the column, or a slice of one number has the shape (1, 0)
         outputs = self._outputs(motion, forces, acceleration, mass)
         at_time = ca.vertcat(*(f * self.t for f in self.frequencies)) if self.frequencies else ca.SX(0, 1)
 

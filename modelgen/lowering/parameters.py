@@ -77,7 +77,7 @@ class ParameterTable:
             self._put(p, name, value)
         for name, function in self._expressions.items():
             if name not in changed:
-                p[self.slices[name]] = float(function(p))
+                self._put(p, name, float(function(p)))
         for name, derived in self.derived.items():
             arguments = {key: self._argument(p, source) for key, source in derived.arguments.items()}
             result = np.asarray(derived.function(**arguments), dtype=float).ravel()
@@ -112,23 +112,27 @@ class ParameterTable:
         where = f"parameter {name!r}"
         if isinstance(value, str):
             value = read_quantity(value, parameter.unit, where)
+        unit = "" if parameter.unit == "1" else f" in {parameter.unit}"
         try:
-            numbers = np.asarray(value, dtype=float).ravel()
-        except (TypeError, ValueError):
-            raise CaseError(where, f"{value!r} is not a number", f"give it in {parameter.unit}") from None
-        if numbers.shape != (count,):
+            numbers = np.asarray(value, dtype=float)
+        except (TypeError, ValueError, OverflowError):
+            raise CaseError(where, f"{value!r:.60} is not a number", f"give a number{unit}") from None
+        if numbers.shape not in ((count,), () if count == 1 else (count,)):
             raise CaseError(where, f"got {numbers.size} values", f"it has {count}")
+        numbers = numbers.ravel()
         if not np.all(np.isfinite(numbers)):
-            raise CaseError(where, f"{value!r} is not finite", f"give it in {parameter.unit}")
+            raise CaseError(where, f"{value!r:.60} is not finite", f"give finite numbers{unit}")
         for limit, wrong, advice in (
             (parameter.positive, np.any(numbers <= 0), "give a positive value"),
             (parameter.nonnegative, np.any(numbers < 0), "give zero or a positive value"),
             (parameter.integer, np.any(numbers != np.floor(numbers)), "give a whole number"),
         ):
             if limit and wrong:
-                raise ModelError(where, f"is {value!r} {parameter.unit}", advice)
+                raise ModelError(where, f"is {value!r:.60}{unit}", advice)
         return numbers
 
     def value(self, p: np.ndarray, name: str) -> float:
-        """The value of one parameter in a vector p."""
+        """The value of one parameter, or of the first row of a series, in a vector p. Raises NamingError."""
+        if name not in self.slices:
+            raise NamingError(f"parameter {name!r}", "is not known", nearest(name, self.slices))
         return float(p[self.slices[name]][0])

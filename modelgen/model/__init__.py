@@ -1,9 +1,11 @@
 """The language: elements, their declarations, drivelines and model files. The first stage of the flow."""
 
 from modelgen.model.declarations import Choice, Clock, Derived, Flange, Guard, Orders, Param, State, quantity
-from modelgen.model.driveline import BaseFrequency, Driveline, NamedParameter
-from modelgen.model.element import Element, Shared, harmonic_rows
+from modelgen.model.driveline import Driveline
+from modelgen.model.element import Element, harmonic_rows
+from modelgen.model.named import BaseFrequency, NamedParameter
 from modelgen.model.tables import PeriodicTable
+from modelgen.model.values import Shared
 
 __all__ = [
     "BaseFrequency",

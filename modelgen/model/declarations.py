@@ -128,8 +128,10 @@ class Orders(Declaration):
     def __init__(self, *, when: Condition | None = None, doc: str = "") -> None:
         self.when, self.doc = dict(when or {}), doc
 
+    exists = Param.exists
+
     def __get__(self, instance: Element | None, owner: type) -> Any:
-        return self if instance is None else instance.orders.get(self.name, ())
+        return self if instance is None else instance.harmonics.get(self.name, ())
 
 
 class Derived(Declaration):

@@ -5,38 +5,21 @@ First of the seven records. It is a value: every method that changes something r
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from fractions import Fraction
 from types import MappingProxyType
 from typing import Any
 
-from modelgen.errors import ModelError, NamingError, UnitError, nearest
+from modelgen.errors import ModelError, NamingError, nearest
 from modelgen.model.declarations import Flange
 from modelgen.model.element import Element, Shared
+from modelgen.model.named import BaseFrequency, NamedParameter, base_frequency, named_parameter
 from modelgen.model.names import identifier, model_name
-from modelgen.units import finite, read_any, read_quantity
+from modelgen.model.values import plain_number
+from modelgen.units import finite, read_quantity
 
-RESERVED = ("speed", "total", "time")
-"""Names that the driveline itself uses for the operating speed, the sums over all elements, and time."""
-
-
-@dataclass(frozen=True)
-class NamedParameter:
-    """A parameter of the driveline that elements may share: a value with its unit, or an expression in other parameters."""
-
-    value: float | tuple[float, ...] = 0.0
-    unit: str = "1"
-    expression: str | None = None
-    note: str = ""
-
-
-@dataclass(frozen=True)
-class BaseFrequency:
-    """``order`` cycles per turn of the named shaft (per turn of the reference shaft when none is named); order is exact."""
-
-    order: Fraction
-    shaft: str | None = None
+RESERVED = ("speed", "total", "time", "modal", "modal_damping")
+"""Names that the driveline itself uses: operating speed, sums over all elements, time, and modal damping."""
 
 
 @dataclass(frozen=True)
@@ -84,22 +67,36 @@ class Driveline:
         model_name(self.name, "driveline")
         put = object.__setattr__
         put(self, "elements", tuple(self.elements))
-        put(self, "connections", tuple((str(a), str(b)) for a, b in self.connections))
+        for each in self.elements:
+            if not isinstance(each, Element):
+                raise ModelError(where, f"holds {each!r:.60} among its elements", "give elements such as Inertia(...)")
+        for pair in self.connections:
+            if not (isinstance(pair, (tuple, list)) and len(pair) == 2 and all(isinstance(text, str) for text in pair)):
+                raise ModelError(where, f"holds the connection {pair!r:.60}", 'give pairs such as ("shaft.b", "wheel")')
+        put(self, "connections", tuple((first, second) for first, second in self.connections))
         put(self, "balanced", tuple(self.balanced))
-        put(self, "parameters", MappingProxyType({key: _named(key, value) for key, value in self.parameters.items()}))
+        put(self, "parameters", MappingProxyType({key: named_parameter(key, value) for key, value in self.parameters.items()}))
         put(self, "bases", MappingProxyType({key: base_frequency(key, value) for key, value in self.bases.items()}))
         put(self, "assemblies", MappingProxyType({key: tuple(value) for key, value in self.assemblies.items()}))
         if isinstance(self.speed, str):
             put(self, "speed", read_quantity(self.speed, "rad/s", f"{where}, speed"))
         if self.speed is not None:
-            put(self, "speed", finite(float(self.speed), f"{where}, speed"))
+            put(self, "speed", finite(plain_number(self.speed, f"{where}, speed", "rad/s"), f"{where}, speed"))
             if self.speed <= 0:
                 raise ModelError(where, f"the operating speed is {self.speed:g} rad/s", "give a positive speed: angles count forward")
+        if self.reference is not None and not isinstance(self.reference, str):
+            raise ModelError(where, f"the reference shaft is {self.reference!r:.60}", "give the name of an inertia")
         self._check_names(where)
         for name in self.balanced:
             if self[name].balanced_by is None:
                 able = [each.name for each in self.elements if each.balanced_by]
                 raise ModelError(self[name].where, "is no load that can be scaled", nearest(name, able))
+        names = self.names
+        for assembly, members in self.assemblies.items():
+            identifier(assembly, where, "assembly")
+            for name in members:
+                if name not in names:
+                    raise NamingError(f"assembly {assembly!r}", f"holds {name!r}, which is no element", nearest(str(name), names))
 
     def _check_names(self, where: str) -> None:
         taken: dict[str, str] = {}
@@ -168,11 +165,10 @@ class Driveline:
         for key, value in values.items():
             if key not in parameters:
                 raise NamingError(f"driveline {self.name!r}", f"has no parameter {key!r}", nearest(key, [*parameters, "speed"]))
-            new = _named(key, value)
-            old = parameters[key]
-            if new.expression is None and isinstance(value, (int, float)):
+            new, old = named_parameter(key, value), parameters[key]
+            if not isinstance(value, (str, NamedParameter)):
                 new = replace(new, unit=old.unit)
-            parameters[key] = replace(new, note=old.note)
+            parameters[key] = replace(new, note=new.note or old.note)
         return replace(self, parameters=parameters, speed=speed)
 
     def change(self, kind_or_name: str, **values: Any) -> Driveline:
@@ -184,7 +180,10 @@ class Driveline:
         return replace(self, elements=tuple(e.copy(**values) if e.name in chosen else e for e in self.elements))
 
     def include(self, prefix: str, other: Driveline) -> Driveline:
-        """With another driveline taken in as a sub-assembly; its elements are renamed ``prefix_name``, its parameters shared."""
+        """With another driveline taken in as a sub-assembly; its elements are renamed ``prefix_name``, its parameters shared.
+
+        Base frequencies keep their shaft. The operating speed and the reference shaft stay those of this driveline.
+        """
         rename = {element.name: identifier(f"{prefix}_{element.name}", f"assembly {prefix!r}") for element in other.elements}
 
         def moved(target: str) -> str:
@@ -195,11 +194,15 @@ class Driveline:
             element.copy(rename[element.name], **{key: moved(target) for key, target in element.targets.items()})
             for element in other.elements
         ]
-        bases = {key: replace(base, shaft=rename.get(base.shaft or "", base.shaft)) for key, base in other.bases.items()}
+        bases = dict(other.bases)
+        for key, base in bases.items():
+            shaft = base.shaft or other.reference
+            bases[key] = replace(base, shaft=moved(shaft) if shaft else None)
         for key, value in (*other.parameters.items(), *bases.items()):
             mine = self.parameters.get(key) or self.bases.get(key)
             if mine is not None and mine != value:
                 raise NamingError(f"assembly {prefix!r}", f"{key!r} differs from the driveline's own", "rename one of them")
+        inner = {f"{prefix}_{key}": tuple(rename[name] for name in names) for key, names in other.assemblies.items()}
         return replace(
             self,
             elements=(*self.elements, *elements),
@@ -207,7 +210,7 @@ class Driveline:
             parameters={**self.parameters, **other.parameters},
             bases={**self.bases, **bases},
             balanced=(*self.balanced, *(rename[name] for name in other.balanced)),
-            assemblies={**self.assemblies, prefix: tuple(rename.values())},
+            assemblies={**self.assemblies, prefix: tuple(rename.values()), **inner},
         )
 
     def parameter_of(self, element: Element, key: str) -> NamedParameter | None:
@@ -238,31 +241,3 @@ class Driveline:
         return f"driveline {self.name!r}: {len(self.elements)} elements ({listed}){at}"
 
     __repr__ = __str__
-
-
-def _named(key: str, value: Any) -> NamedParameter:
-    where = f"parameter {key!r}"
-    if isinstance(value, NamedParameter):
-        return value
-    if isinstance(value, str):
-        number, unit = read_any(value, where)
-        return NamedParameter(number, unit)
-    if isinstance(value, bool):
-        raise UnitError(where, f"{value!r} is not a number", "give a number or a text with a unit")
-    if isinstance(value, Iterable):
-        return NamedParameter(tuple(finite(float(entry), where) for entry in value))
-    return NamedParameter(finite(float(value), where))
-
-
-def base_frequency(key: str, value: Any) -> BaseFrequency:
-    """A base frequency from an order, or a shaft and an order. Raises ModelError unless the order is a positive fraction."""
-    if isinstance(value, BaseFrequency):
-        return value
-    shaft, order = value if isinstance(value, tuple) else (None, value)
-    try:
-        exact = Fraction(order) if not isinstance(order, float) else Fraction(order).limit_denominator(1000)
-    except (ValueError, TypeError, ZeroDivisionError):
-        exact = Fraction(0)
-    if exact <= 0 or isinstance(order, float) and float(exact) != order:
-        raise ModelError(f"base frequency {key!r}", f"the order is {order!r}", 'give a positive fraction such as 2 or "1/2"')
-    return BaseFrequency(exact, shaft)

@@ -7,28 +7,21 @@ make it known to model files. An instance holds values and the names of what its
 from __future__ import annotations
 
 import inspect
-import math
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from numbers import Integral
 from types import MappingProxyType
 from typing import Any, ClassVar, TypeVar
 
 import sympy
 
-from modelgen.errors import ModelError, NamingError, UnitError, nearest
-from modelgen.model.declarations import Choice, Clock, Derived, Flange, FlangeSymbols, Guard, Orders, Param, State, quantity
+from modelgen.errors import ModelError, NamingError, nearest
+from modelgen.model.declarations import Choice, Clock, Declaration, Flange, FlangeSymbols, Guard, Orders, Param
 from modelgen.model.names import identifier
-from modelgen.units import finite, read_quantity
+from modelgen.model.values import Shared, read_value
 
 Kind = TypeVar("Kind")
-
-
-@dataclass(frozen=True)
-class Shared:
-    """A reference to a named parameter of the driveline, which several elements may share."""
-
-    name: str
+_OWN_NAMES = ("name", "note", "kind", "where", "targets", "choices", "harmonics", "clocks", "values", "lengths")
 
 
 class Element:
@@ -68,9 +61,13 @@ class Element:
         if known is not None and (known.__module__, known.__qualname__) != (cls.__module__, cls.__qualname__):
             where = f"element class {cls.__name__}"
             raise NamingError(where, f"the kind {cls.kind!r} is already taken by {known.__module__}", "rename the class")
+        for key, value in vars(cls).items():
+            if isinstance(value, Declaration) and (hasattr(Element, key) or key in _OWN_NAMES):
+                where = f"element class {cls.__name__}"
+                raise NamingError(where, f"declares {key!r}, a name that every element uses itself", "choose another name")
         Element.vocabulary[cls.kind] = cls
 
-    def __init__(self, name: str, *targets: str, note: str = "", **values: Any) -> None:
+    def __init__(self, name: str, /, *targets: str, note: str = "", **values: Any) -> None:
         self.name = identifier(name, self.kind)
         self.note = note
         self.where = f"{self.kind} {name!r}"
@@ -88,7 +85,7 @@ class Element:
                 raise ModelError(self.where, f"flange {flange!r} is joined to {target!r}", "give the name of an element or element.flange")
         self.targets: Mapping[str, str] = MappingProxyType(joined)
         self.choices: Mapping[str, str] = MappingProxyType(self._read_choices(values))
-        self.orders: Mapping[str, tuple[int, ...]] = MappingProxyType(self._read_orders(values))
+        self.harmonics: Mapping[str, tuple[int, ...]] = MappingProxyType(self._read_orders(values))
         self.clocks: Mapping[str, str] = MappingProxyType(self._read_clocks(values))
         self.values: Mapping[str, float | tuple[float, ...] | Shared] = MappingProxyType(self._read_params(values))
         self.lengths: dict[str, int] = {key: len(value) for key, value in self.values.items() if isinstance(value, tuple)}
@@ -123,30 +120,44 @@ class Element:
 
     def _read_orders(self, values: dict[str, Any]) -> dict[str, tuple[int, ...]]:
         read = {}
-        for key in self.declared(Orders):
+        for key, declared in self.declared(Orders).items():
             if key in values:
-                orders = tuple(values.pop(key))
-                if not all(isinstance(order, int) and 0 < order <= 1000 for order in orders) or len(set(orders)) != len(orders):
-                    raise ModelError(self.where, f"{key} are {orders}", "give different whole numbers from 1 to 1000")
-                read[key] = orders
+                self._refuse_unless_used(key, declared)
+                orders = values.pop(key)
+                whole = isinstance(orders, Iterable) and all(isinstance(n, Integral) and not isinstance(n, bool) for n in orders)
+                if not whole or not all(0 < n <= 1000 for n in orders) or len(set(orders)) != len(tuple(orders)):
+                    raise ModelError(self.where, f"{key} are {orders!r:.60}", "give different whole numbers from 1 to 1000")
+                read[key] = tuple(map(int, orders))
         return read
 
     def _read_clocks(self, values: dict[str, Any]) -> dict[str, str]:
-        return {key: str(values.pop(key)) for key, clock in self.declared(Clock).items() if clock.flange is None and key in values}
+        read = {}
+        for key, clock in self.declared(Clock).items():
+            if clock.flange is None and key in values:
+                base = values.pop(key)
+                if not isinstance(base, str):
+                    raise ModelError(self.where, f"{key} is {base!r:.60}", "give the name of a base frequency")
+                read[key] = base
+        return read
 
     def _read_params(self, values: dict[str, Any]) -> dict[str, float | tuple[float, ...] | Shared]:
         read: dict[str, float | tuple[float, ...] | Shared] = {}
         for key, param in self.declared(Param).items():
             if not param.exists(self.choices):
                 if key in values:
-                    setting = next(f"{switch}={self.choices[switch]!r}" for switch in param.when if not param_allows(param, switch, self))
-                    raise ModelError(self.where, f"{key} is given, but {setting} does not use it", "drop it or change the switch")
+                    self._refuse_unless_used(key, param)
                 continue
             value = values.pop(key, param.default)
             if value is None:
                 raise ModelError(self.where, f"{key} is missing", f"give it in {param.unit}" if param.unit != "1" else "give a number")
             read[key] = read_value(value, param, f"{self.where}, {key}")
         return read
+
+    def _refuse_unless_used(self, key: str, declared: Param | Orders) -> None:
+        for switch, allowed in declared.when.items():
+            if self.choices[switch] not in (allowed if isinstance(allowed, tuple) else (allowed,)):
+                unused = f"{key} is given, but {switch}={self.choices[switch]!r} does not use it"
+                raise ModelError(self.where, unused, "drop it or change the switch")
 
     # -- the questions an element answers; symbols in, expressions out -------------------------------------------------
 
@@ -197,14 +208,17 @@ class Element:
         params, choices = self.declared(Param), self.declared(Choice)
         result: dict[str, Any] = dict(self.targets)
         result.update({key: value for key, value in self.choices.items() if value != choices[key].default})
-        result.update(self.orders)
+        result.update(self.harmonics)
         result.update(self.clocks)
         result.update({key: value for key, value in self.values.items() if value != params[key].default})
         return result
 
     def copy(self, name: str | None = None, **changes: Any) -> Element:
-        """The same element with other values, or under another name."""
-        return type(self)(name or self.name, note=self.note, **{**self.given(), **changes})
+        """The same element with other values, or under another name; a changed switch drops the values it does not use."""
+        choices = {**self.choices, **{key: value for key, value in changes.items() if key in self.choices}}
+        declared = {**self.declared(Param), **self.declared(Orders)}
+        kept = {key: value for key, value in self.given().items() if key not in declared or declared[key].exists(choices)}
+        return type(self)(name or self.name, **{"note": self.note, **kept, **changes})
 
     def __eq__(self, other: object) -> bool:
         return type(self) is type(other) and isinstance(other, Element) and self._identity() == other._identity()
@@ -213,7 +227,7 @@ class Element:
         return hash(self._identity())
 
     def _identity(self) -> tuple[Any, ...]:
-        parts = (self.targets, self.choices, self.orders, self.clocks, self.values)
+        parts = (self.targets, self.choices, self.harmonics, self.clocks, self.values)
         return (self.name, self.note, *(tuple(sorted(part.items(), key=str)) for part in parts))
 
     def __repr__(self) -> str:
@@ -230,43 +244,6 @@ class Element:
             default = "required" if param.default is None else f"default {param.default}"
             lines.append(f"  {key} [{param.unit}] {default}  {param.doc}")
         return "\n".join(lines)
-
-
-def param_allows(param: Param | Derived, switch: str, element: Element) -> bool:
-    """Whether one switch of the element is set so that the parameter exists."""
-    allowed = param.when[switch]
-    return element.choices[switch] in (allowed if isinstance(allowed, tuple) else (allowed,))
-
-
-def read_value(value: Any, param: Param, where: str) -> float | tuple[float, ...] | Shared:
-    """SI value of what was given: a number, a text with a unit, the name of a shared parameter, or a series of those."""
-    if isinstance(value, Shared):
-        return value
-    if isinstance(value, str):
-        if re.fullmatch(r"[A-Za-z_]\w*", value.strip()):
-            return Shared(identifier(value.strip(), where, "parameter"))
-        value = read_quantity(value, param.unit, where)
-    if param.series:
-        if isinstance(value, (int, float)) or not isinstance(value, Iterable):
-            raise ModelError(where, f"{value!r} is one number", "give a series of numbers")
-        return tuple(check_value(entry, param, f"{where}[{row}]") for row, entry in enumerate(value, 1))
-    return check_value(value, param, where)
-
-
-def check_value(value: Any, param: Param, where: str) -> float:
-    """The value as a float, if it is a number within the declared range. Raises ModelError or UnitError."""
-    if isinstance(value, str):
-        value = read_quantity(value, param.unit, where)
-    if isinstance(value, bool) or not isinstance(value, (int, float)) and not hasattr(value, "__float__"):
-        raise UnitError(where, f"{value!r} is not a number", f"give a number in {param.unit}")
-    number = finite(float(value), where)
-    if param.positive and number <= 0:
-        raise ModelError(where, f"is {number:g} {param.unit}", "give a positive value")
-    if param.nonnegative and number < 0:
-        raise ModelError(where, f"is {number:g} {param.unit}", "give zero or a positive value")
-    if param.integer and not (number == math.floor(number) and abs(number) < 1e9):
-        raise ModelError(where, f"is {number:g}", "give a whole number")
-    return number
 
 
 def _brief(value: Any) -> str:

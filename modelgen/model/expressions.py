@@ -2,8 +2,8 @@
 
 Stands in ``model``, between a model file and the parameters whose values it writes as expressions. The text is cut into tokens,
 Python's grammar orders them (``ast``), and each node of the tree must be one of those known here: nothing is ever evaluated as
-Python, and SymPy is asked to combine only numbers of bounded size. The limits keep its automatic simplification, whose cost
-can grow exponentially with nested functions, to a fraction of a second.
+Python, and SymPy is asked to combine only numbers of bounded size. The limits below keep its automatic simplification, which
+else can take hours over one line, to milliseconds, or to seconds for a text made to be slow.
 
 Constants are exact where they are a rational number, or that times pi or one root such as sqrt(2), and doubles otherwise, so that
 ``2*pi*f`` stays readable and no constant grows.
@@ -27,9 +27,10 @@ from modelgen.errors import ModelFileError, NamingError, nearest
 LONGEST_TEXT = 2000
 MOST_NODES = 500
 DEEPEST = 50
-DEEPEST_FUNCTIONS = 6
 LARGEST_EXPONENT = 64
-MOST_COMPARED = 16
+LARGEST_DEGREE = 12
+"""Of a sum in one name of known sign, over its common denominator: SymPy looks for its roots to learn the sign of the sum."""
+MOST_COMPARED = 8
 """Arguments of one ``min`` or ``max``: SymPy compares each with every other."""
 _LARGEST_EXACT = 2**53
 
@@ -58,17 +59,24 @@ _ALLOWED = "write numbers, names, + - * / **, parentheses, pi and " + ", ".join(
 _NAME = re.compile(r"[A-Za-z]\w*(?:\.[A-Za-z]\w*)*", re.ASCII)
 # Possessive quantifiers keep the time linear on a long row of digits.
 _TOKEN = re.compile(
-    rf"(?P<number>(?!0\d)(?:\d++\.?+\d*+|\.\d++)(?:[eE][+-]?\d++)?+(?![\w.]))|(?P<name>{_NAME.pattern}(?![\w.]))|[-+*/(),]", re.ASCII
+    rf"(?!0\d)(?:\d++\.?+\d*+|\.\d++)(?:[eE][+-]?\d++)?+(?![\w.])|(?P<name>{_NAME.pattern}(?![\w.]))|[-+*/(),]", re.ASCII
 )
 _WORD = re.compile(r"[\w.]+", re.ASCII)
-_INSTEAD = {"^": "**", "×": "*", "·": "*", "÷": "/", "−": "-", "²": "**2", "³": "**3", "[": "(", "]": ")"}
+# The cross, the dot, the division sign, the minus sign, and raised 2 and 3, as a text editor may put them.
+_INSTEAD = {"\u00d7": "*", "\u00b7": "*", "\u00f7": "/", "\u2212": "-", "\u00b2": "**2", "\u00b3": "**3"}
+_INSTEAD |= {"^": "**", "[": "(", "]": ")"}
+
+# To learn whether one of these is real, SymPy splits its argument into real and imaginary part and multiplies out whatever roots
+# and functions it holds: tanh(log((x + y)**60)) never ends.
+_HYPERBOLIC = frozenset(["sinh", "cosh", "tanh"])
+_WITHIN_HYPERBOLIC = (sympy.Add, sympy.Mul, sympy.Symbol, sympy.Abs, sympy.Min, sympy.Max)
 
 
 def read_expression(text: str, symbols: Mapping[str, sympy.Symbol], where: str) -> sympy.Expr:
     """The SymPy expression that a text of a model file stands for.
 
     Numbers, names of ``symbols`` (dotted ones too), ``+ - * / **``, parentheses, ``pi`` and the functions ``sqrt exp log abs sin
-    cos tan asin acos atan atan2 sinh cosh tanh min max``. The symbols should be declared ``real=True``.
+    cos tan asin acos atan atan2 sinh cosh tanh min max``. The symbols are real, each under its own name.
 
     Raises NamingError for an unknown name, ModelFileError for everything else that cannot be read.
 
@@ -81,7 +89,19 @@ def read_expression(text: str, symbols: Mapping[str, sympy.Symbol], where: str) 
     ...
     modelgen.errors.NamingError: parameter 'referred': there is no 'disk.inertai'; nearest is 'disk.inertia'
     """
-    return _Reader(text, symbols, where).expression()
+    reader = _Reader(text, symbols, where)
+    try:
+        expression = reader.expression()
+        # SymPy may simplify a large expression further when it meets it again: what is returned has come to rest, so that a
+        # model that is written and read again is the same model.
+        for _ in range(4):
+            again = _Reader(write_expression(expression), symbols, f"{where}, simplified").expression()
+            if again == expression:
+                return expression
+            expression = again
+    except (RecursionError, MemoryError):
+        reader.refuse_depth()
+    reader.refuse(f"{text[:60]!r} has no settled form", "write it another way")
 
 
 def write_expression(expression: sympy.Expr) -> str:
@@ -120,15 +140,11 @@ class _Reader:
             place = (error.offset or 1) - 1
             near = f" at {self.text[place:][:20]!r}" if 0 < place < len(self.text) else ""
             self.refuse(f"{self.text[:60]!r} is no expression{near}", _ALLOWED)
-        except (MemoryError, RecursionError, ValueError):
-            self.refuse_depth()
         nodes = sum(isinstance(node, ast.expr) for node in ast.walk(tree))
         if nodes > MOST_NODES:
-            self.refuse(f"the expression has {nodes} numbers, names and operations, {MOST_NODES} are allowed", "name its parts as parameters")
-        try:
-            return self.read(tree, 0, 0)
-        except RecursionError:
-            self.refuse_depth()
+            problem = f"the expression has {nodes} numbers, names and operations, {MOST_NODES} are allowed"
+            self.refuse(problem, "name its parts as parameters")
+        return self.read(tree, 0)
 
     def refuse_depth(self) -> NoReturn:
         self.refuse(f"{self.text[:40]!r}... is nested more than {DEEPEST} deep", "name its inner parts as parameters")
@@ -173,51 +189,48 @@ class _Reader:
 
     # -- tokens to SymPy -----------------------------------------------------------------------------------------------------
 
-    def read(self, node: ast.expr, depth: int, functions: int) -> sympy.Expr:
-        """The expression of a node that is ``depth`` operations and ``functions`` functions below the top."""
+    def read(self, node: ast.expr, depth: int) -> sympy.Expr:
+        """The expression of a node that stands ``depth`` operations below the top."""
         if depth > DEEPEST:
             self.refuse_depth()
-        if functions > DEEPEST_FUNCTIONS:
-            problem = f"functions are nested more than {DEEPEST_FUNCTIONS} deep around {self.piece(node)}"
-            self.refuse(problem, "name the inner ones as parameters")
         match node:
             case ast.Constant():
                 return self.literal(node)
             case ast.Name() | ast.Attribute():
                 return self.symbol(self.source(node))
             case ast.BinOp(op=ast.Add() | ast.Sub()):
-                return self.sum(node, depth, functions)
+                return self.sum(node, depth)
             case ast.BinOp(op=ast.Mult() | ast.Div()) | ast.UnaryOp(op=ast.USub()):
-                return self.product(node, depth, functions)
+                return self.product(node, depth)
             case ast.BinOp(left=left, op=ast.Pow(), right=right):
-                exponent = self.read(right, depth + 1, functions)
-                base = self.read(left, depth + 1, functions + (not exponent.is_Integer))
+                exponent = self.read(right, depth + 1)
+                base = self.read(left, depth + 1)
                 return self.power(base, exponent, node)
             case ast.UnaryOp(op=ast.UAdd(), operand=operand):
-                return self.read(operand, depth + 1, functions)
+                return self.read(operand, depth + 1)
             case ast.Call():
-                return self.call(node, depth, functions)
+                return self.call(node, depth)
         self.refuse(f"{self.piece(node)} has no place in an expression", _ALLOWED)
 
-    def sum(self, node: ast.expr, depth: int, functions: int) -> sympy.Expr:
+    def sum(self, node: ast.expr, depth: int) -> sympy.Expr:
         """A whole chain ``a + b - c`` at once: long sums are not deep, and SymPy sorts the terms once."""
         terms, whole = [], node
         while isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add | ast.Sub):
-            term = self.read(node.right, depth + 1, functions)
+            term = self.read(node.right, depth + 1)
             terms.append(-term if isinstance(node.op, ast.Sub) else term)
             node = node.left
-        terms.append(self.read(node, depth + 1, functions))
+        terms.append(self.read(node, depth + 1))
         return self.settle(sympy.Add(*reversed(terms)), whole)
 
-    def product(self, node: ast.expr, depth: int, functions: int) -> sympy.Expr:
+    def product(self, node: ast.expr, depth: int) -> sympy.Expr:
         """A whole chain ``-a*b/c`` at once: taken two by two, SymPy would multiply out 2*(x + y)*z but not z*(x + y)*2."""
         factors, whole = [], node
         while True:
             match node:
                 case ast.BinOp(left=left, op=ast.Mult(), right=right):
-                    factors.append(self.read(right, depth + 1, functions))
+                    factors.append(self.read(right, depth + 1))
                 case ast.BinOp(left=left, op=ast.Div(), right=right):
-                    factors.append(self.power(self.read(right, depth + 1, functions), sympy.S.NegativeOne, node))
+                    factors.append(self.power(self.read(right, depth + 1), sympy.S.NegativeOne, node))
                 case ast.UnaryOp(op=ast.USub(), operand=left):
                     factors.append(sympy.S.NegativeOne)
                     depth += 1
@@ -226,7 +239,7 @@ class _Reader:
                 case _:
                     break
             node = left
-        factors.append(self.read(node, depth + 1, functions))
+        factors.append(self.read(node, depth + 1))
         return self.settle(sympy.Mul(*reversed(factors)), whole)
 
     def power(self, base: sympy.Expr, exponent: sympy.Expr, node: ast.expr) -> sympy.Expr:
@@ -235,7 +248,7 @@ class _Reader:
         self.check_exponent(exponent, node)
         return self.combine(sympy.Pow, operator.pow, (base, exponent), node)
 
-    def call(self, node: ast.Call, depth: int, functions: int) -> sympy.Expr:
+    def call(self, node: ast.Call, depth: int) -> sympy.Expr:
         name = self.source(node.func)
         if name not in _FUNCTIONS:
             if not isinstance(node.func, ast.Name) or name in self.symbols or name == "pi":
@@ -243,19 +256,28 @@ class _Reader:
             raise NamingError(self.where, f"there is no function {name!r}", nearest(name, _FUNCTIONS))
         if node.keywords or any(isinstance(argument, ast.Starred) for argument in node.args):
             self.refuse(f"the arguments of {self.piece(node)} are not plain", "write them one by one, separated by commas")
-        count, least = len(node.args), 2 if name in ("min", "max", "atan2") else 1
-        if count < least or (count > least and name not in ("min", "max")):
-            self.refuse(f"{self.piece(node)} has {count} arguments", f"{name} takes {least}" + " or more" * (name in ("min", "max")))
-        arguments = tuple(self.read(argument, depth + 1, functions + 1) for argument in node.args)
-        if name in ("min", "max"):
+        count, least, more = len(node.args), 2 if name in ("min", "max", "atan2") else 1, name in ("min", "max")
+        if count < least or (count > least and not more):
+            self.refuse(f"{self.piece(node)} has {count} arguments", f"{name} takes {least}" + " or more" * more)
+        arguments = tuple(self.read(argument, depth + 1) for argument in node.args)
+        if more:
             compared = sum(len(each.args) if isinstance(each, sympy.Min | sympy.Max) else 1 for each in arguments)
             if compared > MOST_COMPARED:
-                self.refuse(f"{self.piece(node)} compares {compared} things, {MOST_COMPARED} are allowed", "name some of them as parameters")
+                problem = f"{self.piece(node)} compares {compared} things, {MOST_COMPARED} are allowed"
+                self.refuse(problem, "name some of them as parameters")
+            self.check_degree(arguments, node)
+        if name in _HYPERBOLIC and not all(_is_rational_function(each) for each in arguments):
+            problem = f"{self.piece(node)} has a root or function inside {name}"
+            self.refuse(problem, "only + - * /, whole powers, abs, min and max are allowed there")
         return self.combine(*_FUNCTIONS[name], arguments, node)
 
     def symbol(self, name: str) -> sympy.Expr:
         if name in self.symbols:
-            return self.symbols[name]
+            symbol = self.symbols[name]
+            if not symbol.is_real or symbol.name != name:
+                problem = f"the symbol {symbol} of {name!r} is not real or has another name"
+                self.refuse(problem, f"declare Symbol({name!r}, real=True)")
+            return symbol
         if name == "pi":
             return sympy.pi
         if name in _FUNCTIONS:
@@ -313,6 +335,8 @@ class _Reader:
                 if not _is_plain(part):
                     exchanged[part] = self.number(part, node)
                 continue
+            if isinstance(part, sympy.Add):
+                self.check_degree(part.args, node)
             if isinstance(part, sympy.Add | sympy.Mul):
                 constant = part.func(*(each for each in part.args if each.is_number))
                 if not _is_plain(constant):
@@ -343,6 +367,14 @@ class _Reader:
             problem = f"{self.piece(node)} has an exponent beyond {LARGEST_EXPONENT}"
             self.refuse(problem, f"write numbers like 1e100, and powers up to {LARGEST_EXPONENT}")
 
+    def check_degree(self, parts: tuple[sympy.Expr, ...], node: ast.expr) -> None:
+        names = set().union(*(part.free_symbols for part in parts))
+        if len(names) == 1 and any(name.is_nonnegative or name.is_nonpositive for name in names):
+            degrees = _degrees_of_sum(parts)
+            if degrees is not None and degrees[0] > LARGEST_DEGREE:
+                problem = f"{self.piece(node)} is of degree {degrees[0]} in {names.pop()} over its common denominator"
+                self.refuse(problem, f"degree {LARGEST_DEGREE} is allowed in one name: write a product, or lower powers")
+
     def source(self, node: ast.expr) -> str:
         return self.text[node.col_offset : node.end_col_offset]
 
@@ -365,6 +397,42 @@ def _is_plain(constant: sympy.Expr) -> bool:
         bounded = all(max(abs(number.p), number.q) <= _LARGEST_EXACT for number in numbers)
         return bounded and (root or rest in (sympy.S.One, sympy.pi))
     return coefficient.is_Float and rest is sympy.S.One and coefficient == _number(float(coefficient))
+
+
+def _is_rational_function(argument: sympy.Expr) -> bool:
+    """Whether nothing stands in it that a hyperbolic function cannot bear inside."""
+    if argument.is_number:
+        return True
+    if isinstance(argument, sympy.Pow):
+        return bool(argument.exp.is_Integer) and _is_rational_function(argument.base)
+    return isinstance(argument, _WITHIN_HYPERBOLIC) and all(_is_rational_function(each) for each in argument.args)
+
+
+def _degrees_of_sum(parts: tuple[sympy.Expr, ...]) -> tuple[int, int] | None:
+    """Degrees of numerator and denominator, as large as they can be, of a sum of rational functions; None if it is not one."""
+    degrees = [_degrees(part) for part in parts]
+    known = [each for each in degrees if each is not None]
+    if len(known) < len(degrees):
+        return None
+    below = sum(under for _, under in known)
+    return max(above + below - under for above, under in known), below
+
+
+def _degrees(expression: sympy.Expr) -> tuple[int, int] | None:
+    if expression.is_number:
+        return 0, 0
+    if expression.is_Symbol:
+        return 1, 0
+    if expression.is_Add:
+        return _degrees_of_sum(expression.args)
+    if expression.is_Mul:
+        known = [each for each in map(_degrees, expression.args) if each is not None]
+        complete = len(known) == len(expression.args)
+        return (sum(above for above, _ in known), sum(below for _, below in known)) if complete else None
+    if expression.is_Pow and expression.exp.is_Integer and (base := _degrees(expression.base)) is not None:
+        power = abs(int(expression.exp))
+        return (base[0] * power, base[1] * power) if expression.exp.is_positive else (base[1] * power, base[0] * power)
+    return None
 
 
 # -- SymPy to text -----------------------------------------------------------------------------------------------------------
@@ -400,8 +468,9 @@ def _write(expression: sympy.Expr) -> tuple[str, int]:
 
 def _write_product(expression: sympy.Expr) -> tuple[str, int]:
     coefficient, rest = expression.as_coeff_Mul()
-    above = [factor for factor in sympy.Mul.make_args(rest) if factor is not sympy.S.One and not _is_inverse(factor)]
-    below = [1 / factor for factor in sympy.Mul.make_args(rest) if _is_inverse(factor)]
+    factors = rest.as_ordered_factors()
+    above = [factor for factor in factors if factor is not sympy.S.One and not _is_inverse(factor)]
+    below = [1 / factor for factor in factors if _is_inverse(factor)]
     number = abs(coefficient)
     if number.is_Rational:
         above = [sympy.Integer(number.p)] * (number.p != 1 or not above) + above

@@ -1,4 +1,4 @@
-"""Model files: a driveline as TOML text with units, read strictly and written without loss.
+"""Model files: a driveline as TOML text with units, read strictly; ``writing`` writes them without loss.
 
 Part of the language. A file holds ``format = 1``, the operating point, shared parameters, base frequencies, defaults per kind of
 element, and one table per element whose ``kind`` comes from the vocabulary; it can never name a Python module. Numbers
@@ -8,20 +8,24 @@ with a dimension carry a unit text; nothing in a file is ever evaluated, express
 from __future__ import annotations
 
 import math
-import os
 import re
+import stat
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from modelgen.errors import ModelFileError, ModelgenError, nearest
-from modelgen.model.declarations import Param
-from modelgen.model.driveline import BaseFrequency, Driveline, NamedParameter, base_frequency
-from modelgen.model.element import Element, Shared
+from modelgen.model.declarations import Choice, Orders, Param
+from modelgen.model.driveline import Driveline
+from modelgen.model.element import Element
+from modelgen.model.named import BaseFrequency, NamedParameter, base_frequency
+from modelgen.model.values import plain_number
+from modelgen.model.writing import FORMAT, model_text, write_model
 from modelgen.units import read_any, to_si
 
-FORMAT = 1
+__all__ = ["model_text", "parse_model", "read_model", "write_model"]
+
 LARGEST_FILE = 1024 * 1024
 DEEPEST = 32
 _TABLES = ("format", "name", "description", "operation", "parameters", "bases", "defaults", "elements", "connections", "assemblies")
@@ -32,13 +36,17 @@ def read_model(path: str | Path) -> Driveline:
     """The driveline in a model file. Raises ModelFileError with file, line and remedy for anything that is not lawful."""
     path = Path(path)
     try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise ModelFileError(str(path), f"has {path.stat().st_size} bytes", f"model files have at most {LARGEST_FILE}")
-        raw = path.read_bytes()
+        # A pipe or a device could be endless, or wait for ever.
+        if not stat.S_ISREG(path.stat().st_mode):
+            raise ModelFileError(str(path), "is no file", "give a model file")
+        with path.open("rb") as file:
+            raw = file.read(LARGEST_FILE + 1)
     except OSError as error:
         raise ModelFileError(str(path), f"cannot be read: {error.strerror}", "check the path") from None
+    if len(raw) > LARGEST_FILE:
+        raise ModelFileError(str(path), f"has more than {LARGEST_FILE} bytes", "model files are small: is this one?")
     try:
-        text = raw.decode("utf-8")
+        text = raw.decode("utf-8-sig")  # some editors of Windows write a mark at the beginning
     except UnicodeDecodeError as error:
         raise ModelFileError(str(path), f"is not UTF-8 text at byte {error.start}", "save it as UTF-8") from None
     return parse_model(text, str(path))
@@ -70,9 +78,15 @@ class _Reader:
 
     def at(self, *keys: str) -> str:
         """File, line and table for a message."""
-        header = re.escape(".".join(keys)) if keys else ""
-        found = re.search(rf"^\s*\[\s*{header}\s*\]|^\s*{header}\s*=", self.text, re.MULTILINE) if keys else None
-        line = f", line {self.text.count(chr(10), 0, found.end()) + 1}" if found else ""
+        line = ""
+        for count in range(len(keys), 0, -1):
+            header = r"\s*\.\s*".join(map(_key, keys[:count]))
+            found = re.search(rf"^[ \t]*(?:\[\s*{header}\s*\]|{header}\s*=)", self.text, re.MULTILINE)
+            if found:
+                inner = re.compile(rf"^[ \t]*{_key(keys[count])}\s*=", re.MULTILINE) if count < len(keys) else None
+                end = ((inner and inner.search(self.text, found.end())) or found).end()
+                line = f", line {self.text.count(chr(10), 0, end) + 1}"
+                break
         return f"{self.source}{line}" + (f", [{'.'.join(keys)}]" if keys else "")
 
     def refuse(self, keys: tuple[str, ...], problem: str, remedy: str) -> ModelFileError:
@@ -90,7 +104,7 @@ class _Reader:
 
     def driveline(self) -> Driveline:
         data = self.data
-        if data.get("format") != FORMAT or isinstance(data.get("format"), bool):
+        if type(data.get("format")) is not int or data["format"] != FORMAT:
             found = f"has format {data['format']!r}" if "format" in data else "has no format"
             raise self.refuse((), found, f"write format = {FORMAT} at the top")
         self.known(data, _TABLES)
@@ -106,11 +120,11 @@ class _Reader:
                 connections=tuple(self.pair(each) for each in self.list_of(data.get("connections", []), "connections")),
                 parameters={k: self.parameter(k, v) for k, v in self.table(data.get("parameters", {}), "parameters").items()},
                 speed=self.speed(operation),
-                reference=operation.get("reference"),
+                reference=self.text_of(operation, "reference", None, "operation") if "reference" in operation else None,
                 bases={k: self.base(k, v) for k, v in self.table(data.get("bases", {}), "bases").items()},
                 balanced=tuple(map(str, self.list_of(operation.get("balance", []), "operation"))),
-                drifts=operation.get("drifts") is True,
-                assemblies={k: tuple(v) for k, v in self.table(data.get("assemblies", {}), "assemblies").items()},
+                drifts=self.drifts(operation),
+                assemblies={k: self.assembly(k, v) for k, v in self.table(data.get("assemblies", {}), "assemblies").items()},
             )
         except ModelFileError:
             raise
@@ -122,18 +136,24 @@ class _Reader:
             raise self.refuse(keys, f"holds {value}", "give finite numbers")
         if not isinstance(value, (dict, list, str, int, float)):
             raise self.refuse(keys, f"holds a {type(value).__name__}", "give numbers, texts and tables")
-        for key, entry in value.items() if isinstance(value, dict) else ((None, e) for e in value) if isinstance(value, list) else ():
-            self.finite(entry, (*keys, key) if key else keys)
+        if len(keys) > DEEPEST:
+            raise self.refuse(keys[:1], f"nests deeper than {DEEPEST}", "model files are flat")
+        if isinstance(value, dict):
+            for key, entry in value.items():
+                self.finite(entry, (*keys, key))
+        elif isinstance(value, list):
+            for entry in value:
+                self.finite(entry, keys)
 
-    def text_of(self, table: Mapping[str, Any], key: str, default: str | None = None) -> str:
+    def text_of(self, table: Mapping[str, Any], key: str, default: str | None = None, *keys: str) -> str:
         value = table.get(key, default)
         if not isinstance(value, str):
-            raise self.refuse((), f"{key} is {value!r}" if key in table else f"{key} is missing", f'write {key} = "..."')
+            raise self.refuse(keys, f"{key} is {value!r:.60}" if key in table else f"{key} is missing", f'write {key} = "..."')
         return value
 
     def list_of(self, value: Any, *keys: str) -> list[Any]:
         if not isinstance(value, list):
-            raise self.refuse(keys, f"holds {value!r}", "write a list")
+            raise self.refuse(keys, f"holds {value!r:.60}", "write a list")
         return value
 
     def pair(self, value: Any) -> tuple[str, str]:
@@ -147,6 +167,17 @@ class _Reader:
             raise self.refuse(("operation",), f"speed is {speed!r}", 'give it with a unit, such as "1900 rpm"')
         return speed
 
+    def drifts(self, operation: Mapping[str, Any]) -> bool:
+        drifts = operation.get("drifts", False)
+        if not isinstance(drifts, bool):
+            raise self.refuse(("operation",), f"drifts is {drifts!r}", "write true or false")
+        return drifts
+
+    def assembly(self, key: str, value: Any) -> tuple[str, ...]:
+        if not isinstance(value, list) or not all(isinstance(name, str) for name in value):
+            raise self.refuse(("assemblies", key), f"holds {value!r}", "write a list of names of elements")
+        return tuple(value)
+
     def base(self, key: str, value: Any) -> BaseFrequency:
         table = self.table(value, "bases", key)
         self.known(table, ("order", "shaft"), "bases", key)
@@ -156,30 +187,33 @@ class _Reader:
         return base_frequency(key, (table.get("shaft"), order))
 
     def parameter(self, key: str, value: Any) -> NamedParameter:
-        keys = ("parameters", key)
-        where = f"{self.source}, parameter {key!r}"
+        keys, where = ("parameters", key), f"parameter {key!r}"
+        note, unit = "", "1"
         if isinstance(value, dict):
             self.known(value, ("value", "values", "unit", "expression", "note"), *keys)
-            note, unit = str(value.get("note", "")), str(value.get("unit", "1"))
+            if len(value.keys() & {"value", "values", "expression"}) != 1:
+                raise self.refuse(keys, "does not hold one of value, values and expression", "give exactly one of them")
+            note, unit = self.text_of(value, "note", "", *keys), self.text_of(value, "unit", "1", *keys)
             if "expression" in value:
-                return NamedParameter(0.0, unit, self.text_of(value, "expression"), note)
+                return NamedParameter(0.0, unit, self.text_of(value, "expression", None, *keys), note)
             if "values" in value:
                 si = "1" if unit == "1" else read_any(f"1 {unit}", where)[1]
-                return NamedParameter(self.series(value, si, where), si, None, note)
-            named = self.parameter(key, value.get("value"))
-            return NamedParameter(named.value, named.unit, None, note)
-        if isinstance(value, str):
-            number, unit = read_any(value, where)
-            return NamedParameter(number, unit)
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise self.refuse(keys, f"is {value!r}", "give a number, a text with a unit, or a table")
-        return NamedParameter(float(value))
+                return NamedParameter(self.series(value, si, keys), si, None, note)
+            value = value["value"]
+        if isinstance(value, bool) or not isinstance(value, (int, float, str)):
+            raise self.refuse(keys, f"is {value!r:.60}", "give a number, a text with a unit, or a table")
+        if isinstance(value, str) and unit != "1":
+            raise self.refuse(keys, f"has the unit {unit!r} beside the text {value!r}", "give the unit once")
+        number = value if isinstance(value, str) else plain_number(value, where)
+        si_value, si = read_any(number if isinstance(number, str) else f"{number!r} {unit if unit != '1' else ''}", where)
+        return NamedParameter(si_value, si, None, note)
 
-    def series(self, table: Mapping[str, Any], si: str, where: str) -> tuple[float, ...]:
-        values, unit = table["values"], str(table.get("unit", "1"))
+    def series(self, table: Mapping[str, Any], si: str, keys: tuple[str, ...]) -> tuple[float, ...]:
+        values, unit = table["values"], self.text_of(table, "unit", "1", *keys)
         if not isinstance(values, list) or not all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in values):
-            raise ModelFileError(where, "values is no list of numbers", "write values = [1.0, 2.0]")
-        return tuple(to_si(float(v), "" if unit == "1" else unit, si, where) for v in values)
+            raise self.refuse(keys, "values is no list of numbers", "write values = [1.0, 2.0]")
+        where = f"{keys[-1]!r}"
+        return tuple(to_si(plain_number(v, where), "" if unit == "1" else unit, si, where) for v in values)
 
     # -- elements --------------------------------------------------------------------------------------------------------------
 
@@ -196,105 +230,40 @@ class _Reader:
         keys = ("elements", name)
         kind = table.get("kind")
         if not isinstance(kind, str) or kind not in Element.vocabulary:
-            raise self.refuse(keys, f"kind is {kind!r}", nearest(str(kind), Element.vocabulary))
+            raise self.refuse(keys, f"kind is {kind!r:.60}" if "kind" in table else "kind is missing", nearest(str(kind), Element.vocabulary))
         cls = Element.vocabulary[kind]
-        given = {**defaults.get(kind, {}), **table}
+        given = {**self.usual(cls, table, defaults.get(kind, {})), **table}
         del given["kind"]
-        note = given.pop("note", "")
+        note = self.text_of({"note": given.pop("note", "")}, "note", None, *keys)
         params = cls.declared(Param)
-        for key, value in given.items():
-            if key in params:
-                given[key] = self.value(params[key], value, f"{self.source}, element {name!r}, {key}")
-            elif not isinstance(value, (str, list)) or key == "name":
-                raise self.refuse(keys, f"{key} is {value!r}", "see the element's parameters")
         try:
-            return cls(name, note=str(note), **given)
+            given = {key: self.value(params[key], value, (*keys, key)) if key in params else value for key, value in given.items()}
+            return cls(name, note=note, **given)
+        except ModelFileError:
+            raise
         except ModelgenError as error:
             raise ModelFileError(self.at(*keys), f"{error.where}: {error.problem}", error.remedy) from None
 
-    def value(self, param: Param, value: Any, where: str) -> Any:
+    def usual(self, cls: type[Element], table: Mapping[str, Any], defaults: Mapping[str, Any]) -> dict[str, Any]:
+        """The defaults of a kind that this element can use: its own switches may leave some of them out."""
+        chosen = {key: table.get(key, defaults.get(key, choice.default)) for key, choice in cls.declared(Choice).items()}
+        switched = {**cls.declared(Param), **cls.declared(Orders)}
+        return {key: value for key, value in defaults.items() if key not in switched or switched[key].exists(chosen)}
+
+    def value(self, param: Param, value: Any, keys: tuple[str, ...]) -> Any:
+        """What the class can read: it takes bare numbers as SI, but in a file a number with a dimension names its unit."""
         if isinstance(value, dict):
-            self.known(value, ("values", "unit"))
+            self.known(value, ("values", "unit"), *keys)
             if "values" not in value:
-                raise ModelFileError(where, "has no values", f'write {{ unit = "{param.unit}", values = [...] }}')
-            return self.series(value, param.unit, where)
+                raise self.refuse(keys, "has no values", f'write {{ unit = "{param.unit}", values = [...] }}')
+            return self.series(value, param.unit, keys)
         if isinstance(value, (int, float)) and not isinstance(value, bool) and param.unit != "1":
-            raise ModelFileError(where, f"{value!r} has no unit", f'write "{value!r} {param.unit}"')
-        if isinstance(value, list) and param.unit != "1":
-            raise ModelFileError(where, "has no unit", f'write {{ unit = "{param.unit}", values = {value!r} }}')
+            raise self.refuse(keys, f"{value!r:.60} has no unit", f'write "{value!r:.60} {param.unit}"')
+        if isinstance(value, list) and param.unit != "1" and not all(isinstance(entry, str) for entry in value):
+            raise self.refuse(keys, "has no unit", f'write {{ unit = "{param.unit}", values = [...] }}')
         return value
 
 
-# -- writing ---------------------------------------------------------------------------------------------------------------------
-
-
-def write_model(line: Driveline, path: str | Path) -> Path:
-    """Writes the driveline as a model file, whole or not at all; reading it again gives an equal driveline."""
-    path = Path(path)
-    text = model_text(line)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    temporary.write_text(text, encoding="utf-8")
-    os.replace(temporary, path)
-    return path
-
-
-def model_text(line: Driveline) -> str:
-    """The text of a model file for the driveline."""
-    import tomli_w  # only writing needs it
-
-    data: dict[str, Any] = {"format": FORMAT, "name": line.name}
-    if line.description:
-        data["description"] = line.description
-    operation: dict[str, Any] = {}
-    if line.speed is not None:
-        operation["speed"] = f"{line.speed!r} rad/s"
-    if line.reference is not None:
-        operation["reference"] = line.reference
-    if line.balanced:
-        operation["balance"] = list(line.balanced)
-    if line.drifts:
-        operation["drifts"] = True
-    if operation:
-        data["operation"] = operation
-    if line.bases:
-        data["bases"] = {k: {"order": str(b.order), **({"shaft": b.shaft} if b.shaft else {})} for k, b in line.bases.items()}
-    if line.parameters:
-        data["parameters"] = {key: _parameter_data(named) for key, named in line.parameters.items()}
-    if line.connections:
-        data["connections"] = [list(pair) for pair in line.connections]
-    if line.assemblies:
-        data["assemblies"] = {key: list(names) for key, names in line.assemblies.items()}
-    data["elements"] = {element.name: _element_data(element) for element in line.elements}
-    return tomli_w.dumps(data)
-
-
-def _parameter_data(named: NamedParameter) -> Any:
-    if named.expression is not None:
-        data: dict[str, Any] = {"expression": named.expression, "unit": named.unit}
-    elif isinstance(named.value, tuple):
-        data = {"unit": named.unit, "values": list(named.value)}
-    else:
-        data = {"value": named.value if named.unit == "1" else f"{named.value!r} {named.unit}"}
-    if named.note:
-        data["note"] = named.note
-    return data["value"] if set(data) == {"value"} else data
-
-
-def _element_data(element: Element) -> dict[str, Any]:
-    params = element.declared(Param)
-    data: dict[str, Any] = {"kind": element.kind}
-    for key, value in element.given().items():
-        if isinstance(value, Shared):
-            data[key] = value.name
-        elif key not in params:
-            data[key] = list(value) if isinstance(value, tuple) else value
-        elif isinstance(value, tuple):
-            data[key] = {"unit": params[key].unit, "values": list(value)}
-        elif params[key].unit == "1":
-            data[key] = int(value) if params[key].integer else value
-        else:
-            data[key] = f"{value!r} {params[key].unit}"
-    if element.note:
-        data["note"] = element.note
-    return data
-
+def _key(text: str) -> str:
+    """A pattern for a key of TOML, bare or in quotes."""
+    return rf"[\"']?{re.escape(text)}[\"']?"

@@ -17,24 +17,24 @@ from modelgen.errors import NamingError
 _LONGEST = 63
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 
-_C_KEYWORDS = frozenset(
-    """
-    alignas alignof auto bool break case char const constexpr continue default do double else enum extern false float for goto
-    if inline int long nullptr register restrict return short signed sizeof static static_assert struct switch thread_local true
-    typedef typeof typeof_unqual union unsigned void volatile while
-    """.split()
-)
-_CPP_KEYWORDS = frozenset(
-    """
-    alignas alignof and and_eq asm auto bitand bitor bool break case catch char char8_t char16_t char32_t class co_await
-    co_return co_yield compl concept const const_cast consteval constexpr constinit continue decltype default delete do double
-    dynamic_cast else enum explicit export extern false float for friend goto if inline int long mutable namespace new noexcept
-    not not_eq nullptr operator or or_eq private protected public register reinterpret_cast requires return short signed sizeof
-    static static_assert static_cast struct switch template this thread_local throw true try typedef typeid typename union
-    unsigned using virtual void volatile wchar_t while xor xor_eq
-    """.split()
-)
-_KEYWORDS = {"C": _C_KEYWORDS, "C++": _CPP_KEYWORDS, "Python": frozenset(keyword.kwlist)}
+_C_KEYWORDS = """
+alignas alignof auto bool break case char const constexpr continue default do double else enum extern false float for goto if
+inline int long nullptr register restrict return short signed sizeof static static_assert struct switch thread_local true typedef
+typeof typeof_unqual union unsigned void volatile while
+"""
+_CPP_KEYWORDS = """
+alignas alignof and and_eq asm auto bitand bitor bool break case catch char char8_t char16_t char32_t class co_await co_return
+co_yield compl concept const const_cast consteval constexpr constinit continue decltype default delete do double dynamic_cast else
+enum explicit export extern false float for friend goto if inline int long mutable namespace new noexcept not not_eq nullptr
+operator or or_eq private protected public register reinterpret_cast requires return short signed sizeof static static_assert
+static_cast struct switch template this thread_local throw true try typedef typeid typename union unsigned using virtual void
+volatile wchar_t while xor xor_eq
+"""
+_KEYWORDS = {
+    "C": frozenset(_C_KEYWORDS.split()),
+    "C++": frozenset(_CPP_KEYWORDS.split()),
+    "Python": frozenset(keyword.kwlist),
+}
 _DEVICES = frozenset(["con", "prn", "aux", "nul", *(port + digit for port in ("com", "lpt") for digit in "123456789")])
 # Words that would mean something else where the name is used, each with that meaning. Names of the C library such as ``sin`` or
 # ``time`` stay free: generated C reads ``x[i]`` and ``p[i]``, never a name.
@@ -98,7 +98,8 @@ def _problem(name: str, hyphens: bool) -> str | None:
         # Only the start can be at fault when every single character would do after a letter.
         place = next((i for i, character in enumerate(in_c) if not _IDENTIFIER.fullmatch("a" + character)), 0)
         character = name[place]
-        named = "" if character.isascii() and character.isalnum() else f" ({unicodedata.name(character, f'U+{ord(character):04X}')})"
+        plain = re.fullmatch("[A-Za-z0-9]", character)
+        named = "" if plain else f" ({unicodedata.name(character, f'U+{ord(character):04X}')})"
         verb = "starts with" if place == 0 else "holds"
         return f"{verb} {character!r}{named}" + (f" at character {place + 1}" if place else ", not with a letter")
     languages = [language for language, words in _KEYWORDS.items() if in_c in words]

@@ -6,6 +6,7 @@ end, ``registry`` which solvers there are. ``adaptive_rk4`` is the product's own
 """
 
 from modelgen.solvers.case import Case
+from modelgen.solvers.crosscheck import CrosscheckResult, CrosscheckRun, crosscheck
 from modelgen.solvers.operating_point import OperatingPoint, operating_point
 from modelgen.solvers.outcome import Outcome
 from modelgen.solvers.problem import Budget, SolverOptions
@@ -13,4 +14,17 @@ from modelgen.solvers.registry import SOLVERS
 from modelgen.solvers.simulate import simulate
 from modelgen.solvers.solution import Solution
 
-__all__ = ["SOLVERS", "Budget", "Case", "OperatingPoint", "Outcome", "Solution", "SolverOptions", "operating_point", "simulate"]
+__all__ = [
+    "SOLVERS",
+    "Budget",
+    "Case",
+    "CrosscheckResult",
+    "CrosscheckRun",
+    "OperatingPoint",
+    "Outcome",
+    "Solution",
+    "SolverOptions",
+    "crosscheck",
+    "operating_point",
+    "simulate",
+]

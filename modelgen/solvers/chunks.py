@@ -27,11 +27,12 @@ from modelgen.solvers.outcome import Ending, Outcome
 from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Statistics, Trajectory, Vector
 from modelgen.solvers.watch import Watch
 
-LOG=0
-LONGEST = 0.4  # s of wall clock that a chunk may take at the very worst
+LONGEST = 0.3  # s of wall clock that a chunk may take at the very worst
 SHARE = 0.25  # of that is what it is expected to take
-FEWEST = 100  # steps per output interval that must be allowed: a start at order one needs most of them
-CAUTIOUS = 1000  # steps allowed in a chunk after one that failed
+FEWEST = 100  # steps per output interval that should be allowed: a start at order one needs most of them
+UNKNOWN_SIZE = 10_000  # instructions of a function that does not tell
+LEAST = 16  # that are allowed, however dear
+CAUTIOUS = 1000  # steps allowed in the first chunk, and in one after a chunk that failed
 SHRINK, GROWTH = 8, 4
 NEAR = 1e-3  # of the horizon: so close to the trouble, its reason is looked for
 
@@ -40,11 +41,13 @@ NEAR = 1e-3  # of the horizon: so close to the trouble, its reason is looked for
 class Plugin:
     """What is particular to one of CasADi's integrators.
 
-    ``settings`` are options of its own; ``counts`` names steps, rejected steps and evaluations in its statistics (several names
-    are added up). ``own_steps``: it takes ``min_step_size`` and ``step_size``. ``noisy``: it prints what cannot be switched off.
+    ``rates_per_step``: what a step costs, in evaluations of the right-hand side. ``settings`` are options of its own; ``counts``
+    names steps, rejected steps and evaluations in its statistics (several names are added up). ``own_steps``: it takes
+    ``min_step_size`` and ``step_size``. ``noisy``: it prints what cannot be switched off.
     """
 
     name: str
+    rates_per_step: int
     counts: tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]
     settings: dict[str, Any] = field(default_factory=dict)
     own_steps: bool = False
@@ -119,8 +122,16 @@ def _quiet() -> Iterator[None]:
         yield
 
 
+def seconds_per_rate(rhs: ca.Function) -> float:
+    """About how long an evaluation takes, by the size of the function.
+
+    Not measured: the chunks, and with them the last digits of a result, must not depend on how busy the machine is.
+    """
+    return 1e-6 + 3e-9 * (rhs.n_instructions() if rhs.is_a("SXFunction") else UNKNOWN_SIZE)
+
+
 class _Run:
-    """One run: where it stands, how far the next chunk reaches, and what chunks have cost so far."""
+    """One run: where it stands, how far the next chunk reaches, and how many steps it took."""
 
     def __init__(self, problem: InitialValueProblem, options: SolverOptions, plugin: Plugin) -> None:
         self.watch = Watch(options)
@@ -132,14 +143,10 @@ class _Run:
         self.reach = problem.horizon / 64
         self.floor = max(options.budget.smallest_step * problem.horizon, 64 * math.ulp(float(np.abs(problem.times).max())))
         self.integrators = _Integrators(self.scaled, plugin, options, self.floor)
-        self.cost = 20 * self.seconds_per_rate() + 5e-6  # s per step; a guess, until a chunk has been timed
-        self.ceiling = CAUTIOUS * 1000  # steps allowed in a chunk
+        self.affordable = LONGEST / (5e-6 + plugin.rates_per_step * seconds_per_rate(problem.rhs))  # steps in a chunk
+        self.ceiling = CAUTIOUS  # the same, by experience
+        self.pace = problem.horizon / CAUTIOUS  # mean step of the last chunk [s]
         self.counts = np.zeros(3, dtype=int)
-
-    def seconds_per_rate(self) -> float:
-        begin = self.watch.clock()
-        self.scaled.rates(self.t, self.y)
-        return self.watch.clock() - begin
 
     def run(self) -> Trajectory:
         """Chunk by chunk to the end, or to whatever stops the run before."""
@@ -150,6 +157,7 @@ class _Run:
         while ending is None and self.t < end:
             ending = self.advance()
         if ending is None:
+            self.watch.finish()
             ending = Ending(Outcome.SUCCESS, Outcome.SUCCESS.sentence(time=end))
         steps, rejected, evaluations = self.counts.tolist()
         cost = Statistics(steps, rejected, evaluations, self.watch.seconds)
@@ -161,22 +169,20 @@ class _Run:
             return ending
         times = self.next_times()
         length = float(times[-1]) - self.t
-        allowed = max(FEWEST // 2, int(self.affordable_steps() / times.size))
-        begin = self.watch.clock()
+        allowed = max(LEAST, int(self.affordable_steps() / times.size))
         try:
             # Powers of two, so that few integrators are built.
             gained, statistics = self.integrators.gain(self.t, self.y, times, 1 << (allowed.bit_length() - 1))
             reason = "" if np.isfinite(gained).all() else "a result that is not finite"
         except RuntimeError as error:
             reason = str(error)
-        if LOG: print("chunk",self.t,length,times.size,allowed,"%.4f"%(self.watch.clock()-begin),reason[-60:], self.cost)
         if reason:
             return self.shorten(length, reason)
         counts = np.array([sum(statistics[name] for name in names) for names in self.plugin.counts])
-        self.accept(times, gained, counts, (self.watch.clock() - begin) / max(1, counts[0]))
+        self.accept(times, gained, counts)
         if np.abs(self.y).max() > self.options.budget.bound:
             return self.explain(length, Outcome.DIVERGED, beyond=self.y)
-        return chatter(self.scaled, self.t, self.y, length / max(1, counts[0]) / 4)
+        return chatter(self.scaled, self.t, self.y, self.pace / 4)
 
     def look(self) -> Ending | None:
         """Ask the watch and count the steps."""
@@ -185,11 +191,11 @@ class _Run:
             return Ending(reason, reason.sentence(time=self.t))
         if reason is None and self.counts[0] >= self.options.budget.max_steps:
             reason = Outcome.MAX_STEPS
-        return reason and self.explain(self.reach, reason)
+        return reason and self.explain(self.pace / 4, reason)
 
     def affordable_steps(self) -> float:
         """Steps that a chunk may take at the very worst."""
-        return min(LONGEST / self.cost, self.ceiling)
+        return min(self.affordable, self.ceiling)
 
     def next_times(self) -> Vector:
         """The output times within reach, as many as the budget of a chunk allows; without any, just the reach."""
@@ -201,17 +207,20 @@ class _Run:
             return np.array([self.t + self.reach])
         return times[self.done : min(last, self.done + most)]
 
-    def accept(self, times: Vector, gained: Vector, counts: Vector, cost: float) -> None:
-        """Take a chunk over, and let the next one reach as far as the cost of this one suggests."""
+    def accept(self, times: Vector, gained: Vector, counts: Vector) -> None:
+        """Take a chunk over, and let the next one reach as far as the steps of this one suggest."""
         length = float(times[-1]) - self.t
         if self.problem.times[self.done] <= times[-1]:
-            self.values[self.done : self.done + times.size] = self.y + gained
-            self.done += times.size
+            values = self.y + gained
+            inside = np.abs(values).max(axis=1) <= self.options.budget.bound
+            kept = times.size if inside.all() else int(np.argmin(inside))
+            self.values[self.done : self.done + kept] = values[:kept]
+            self.done += kept
         self.t, self.y = float(times[-1]), self.y + gained[-1]
         self.counts += counts
-        self.cost = max(cost, self.cost / GROWTH)
+        self.pace = length / max(1, counts[0])
         self.ceiling *= 2
-        possible = SHARE * self.affordable_steps() / max(1, counts[0]) * length
+        possible = SHARE * self.affordable_steps() * self.pace
         while self.reach * 2 <= min(possible, GROWTH * length):
             self.reach *= 2  # powers of two: the same integrators serve again
         if possible < self.reach / 2:
@@ -228,7 +237,10 @@ class _Run:
             return None
         word = next((word for word in REASONS if word in reason), None)
         if word is not None:
-            return self.explain(length, REASONS[word])
+            outcome = REASONS[word]
+            if self.options.fixed_step is not None:  # there is no smaller step to blame
+                outcome = Outcome.DIVERGED
+            return self.explain(length, outcome)
         flag = re.search(r'returned "(\w+)"', reason)
         return self.explain(length, Outcome.SOLVER_ERROR, reason=flag[1] if flag else reason.strip().splitlines()[-1])
 

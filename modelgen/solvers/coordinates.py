@@ -8,6 +8,7 @@ grows with it. The start and the scale are parameters of the functions, so that 
 from __future__ import annotations
 
 import functools
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -15,10 +16,16 @@ import numpy as np
 from modelgen.solvers.outcome import Ending, Outcome
 from modelgen.solvers.problem import InitialValueProblem, Statistics, Trajectory, Vector
 
+LARGEST_INLINE = 20_000  # instructions; building a step from copies of the function takes some 50 us for each
 
-def symbols_for(function: ca.Function) -> type:
-    """SX where the function can be written out operation by operation (faster), MX where it can only be called."""
-    return ca.SX if function.is_a("SXFunction") else ca.MX
+
+def symbols_for(function: ca.Function) -> Any:
+    """SX where the function is to be written out operation by operation (twice as fast), MX where it is to be called.
+
+    Called are functions that CasADi cannot write out, and those so large that writing them out would take seconds.
+    """
+    inline = function.is_a("SXFunction") and function.n_instructions() <= LARGEST_INLINE
+    return ca.SX if inline else ca.MX
 
 
 @functools.lru_cache(maxsize=16)
@@ -52,8 +59,8 @@ class ScaledProblem:
         self._time, self._y, self._q, self._ydot = np.zeros(1), np.zeros(self.size), self.parameters.copy(), np.zeros(self.size)
         self._buffer, self._evaluate = self.rate.buffer()
         for index, array in enumerate((self._time, self._y, self._q)):
-            self._buffer.set_arg(index, memoryview(array))
-        self._buffer.set_res(0, memoryview(self._ydot))
+            self._buffer.set_arg(index, array.data)
+        self._buffer.set_res(0, self._ydot.data)
 
     def parameters_from(self, y: Vector) -> Vector:
         """The vector q for coordinates that count from the state at y instead of from the start."""
@@ -75,7 +82,8 @@ class ScaledProblem:
         count = len(reached) if finite.all() else int(np.argmin(finite))
         states = self.states(reached[:count])
         if count < len(reached) and ending.outcome.is_good:
-            state, time = int(np.argmin(np.isfinite(reached[count]))), float(self.problem.times[count])
-            facts = {"time": time, "state": self.problem.names[state], "value": float(reached[count, state])}
-            ending = Ending(Outcome.NON_FINITE_STATE, Outcome.NON_FINITE_STATE.sentence(**facts))
+            state = int(np.argmin(np.isfinite(reached[count])))
+            time, value = float(self.problem.times[count]), float(reached[count, state])
+            sentence = Outcome.NON_FINITE_STATE.sentence(time=time, state=self.problem.names[state], value=value)
+            ending = Ending(Outcome.NON_FINITE_STATE, sentence)
         return Trajectory(self.problem.times[:count], states, *ending, statistics)

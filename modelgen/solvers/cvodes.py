@@ -9,8 +9,7 @@ from __future__ import annotations
 from modelgen.solvers.chunks import SUNDIALS_COUNTS, Plugin, integrate_in_chunks
 from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Trajectory
 
-
-PLUGIN = Plugin("cvodes", SUNDIALS_COUNTS, {"disable_internal_warnings": True})
+PLUGIN = Plugin("cvodes", 2, SUNDIALS_COUNTS, {"disable_internal_warnings": True})
 
 
 def solve_cvodes(problem: InitialValueProblem, options: SolverOptions) -> Trajectory:

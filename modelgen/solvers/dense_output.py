@@ -34,7 +34,7 @@ def quintic_weights(theta: Vector) -> Vector:
 class DenseOutput:
     """Values at given increasing times, gathered while a run passes over them.
 
-    ``next_time`` is the first output time not yet passed (infinite when all are); a step that ends before it need not be recorded.
+    ``next_time`` is the first output time not yet passed (infinite when all are); a step that ends before it is not needed.
     """
 
     def __init__(self, times: Vector, t0: float, size: int) -> None:

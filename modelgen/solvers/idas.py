@@ -8,8 +8,7 @@ from __future__ import annotations
 from modelgen.solvers.chunks import SUNDIALS_COUNTS, Plugin, integrate_in_chunks
 from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Trajectory
 
-
-PLUGIN = Plugin("idas", SUNDIALS_COUNTS, {"disable_internal_warnings": True}, noisy=True)
+PLUGIN = Plugin("idas", 2, SUNDIALS_COUNTS, {"disable_internal_warnings": True}, noisy=True)
 
 
 def solve_idas(problem: InitialValueProblem, options: SolverOptions) -> Trajectory:

@@ -37,8 +37,8 @@ class _StopError(Exception):
 class _March:
     """One run: the state, the bound step, and the rules of step sizes."""
 
-    def __init__(self, problem: InitialValueProblem, options: SolverOptions, method: Method) -> None:
-        self.watch = Watch(options)
+    def __init__(self, problem: InitialValueProblem, options: SolverOptions, method: Method, watch: Watch) -> None:
+        self.watch = watch
         self.options, self.method = options, method
         self.scaled = ScaledProblem(problem)
         self.t, self.end = problem.t0, float(problem.times[-1])
@@ -58,13 +58,9 @@ class _March:
         """Go to the end, or to whatever stops the run before."""
         ending = Ending(Outcome.SUCCESS, Outcome.SUCCESS.sentence(time=self.end))
         try:
-            self.state[1] = self.scaled.rates(self.t, self.state[0])
-            if not np.isfinite(self.state[1]).all():
-                raise _StopError(self.explain(self.floor, Outcome.NON_FINITE_RATE))
-            if self.options.fixed_step is not None:
-                self.fixed(self.options.fixed_step)
-            else:
-                {"smooth": self.smooth, "paper": self.paper}[self.options.rule]()
+            if self.t < self.end:
+                self.go()
+            self.watch.finish()
         except _StopError as stop:
             ending = stop.ending
         cost = Statistics(
@@ -76,6 +72,16 @@ class _March:
             largest_step=self.largest if self.steps else None,
         )
         return self.scaled.trajectory(self.output.reached(), ending, cost)
+
+    def go(self) -> None:
+        """Start, and step to the end by the rule of the options."""
+        self.state[1] = self.scaled.rates(self.t, self.state[0])
+        if not np.isfinite(self.state[1]).all():
+            raise _StopError(self.explain(self.floor, Outcome.NON_FINITE_RATE))
+        if self.options.fixed_step is not None:
+            self.fixed(self.options.fixed_step)
+        else:
+            {"smooth": self.smooth, "paper": self.paper}[self.options.rule]()
 
     def explain(self, step: float, fallback: Outcome, **facts: Any) -> Ending:
         budgets: dict[Outcome, float] = {
@@ -101,9 +107,11 @@ class _March:
         difference, guard = bound.measures.tolist()
         if guard <= self.limit:
             return difference / self.options.tolerance
-        farthest = float(np.abs(bound.nodes[2]).max()) if math.isfinite(guard) else math.inf
-        error = difference / self.options.tolerance if farthest < math.inf else math.inf
-        if farthest > self.options.budget.bound and (error <= 1 or self.options.fixed_step is not None) and error < math.inf:
+        if not math.isfinite(guard):
+            return math.inf
+        error = difference / self.options.tolerance
+        believed = error <= 1 or self.options.fixed_step is not None
+        if believed and np.abs(bound.nodes[2]).max() > self.options.budget.bound:
             raise _StopError(self.explain(h, Outcome.DIVERGED, beyond=bound.nodes[2].copy()))
         return error
 
@@ -176,7 +184,7 @@ class _March:
             self.accept(self.trial, t_new, h)
             error = max(error, 1e-10)
             factor = SAFETY * error ** (-PRESENT * exponent) * before ** (PAST * exponent)
-            h *= min(growth, max(SMALLEST_SHRINK, factor))
+            h = max(self.floor, h * min(growth, max(SMALLEST_SHRINK, factor)))
             before = error
 
     def paper(self) -> None:
@@ -200,14 +208,17 @@ class _March:
         """Equal steps of at most a given size, without error control."""
         start, span = self.t, self.end - self.t
         count = max(1, math.ceil(span / largest * (1 - 1e-12)))
+        no_numbers = self.method.floor_outcome
+        if no_numbers is Outcome.STEP_TOO_SMALL:  # there is no smaller step to blame
+            no_numbers = Outcome.DIVERGED
         for index in range(1, count + 1):
             t_new = start + span * (index / count) if index < count else self.end
             h = t_new - self.t
             if self.attempt(self.trial, h) == math.inf:
-                raise _StopError(self.explain(h, self.method.floor_outcome))
+                raise _StopError(self.explain(h, no_numbers))
             self.accept(self.trial, t_new, h)
 
 
-def march(problem: InitialValueProblem, options: SolverOptions, method: Method) -> Trajectory:
+def march(problem: InitialValueProblem, options: SolverOptions, method: Method, watch: Watch) -> Trajectory:
     """Integrate a problem with a step-doubling step, by the rule of step sizes that the options name."""
-    return _March(problem, options, method).run()
+    return _March(problem, options, method, watch).run()

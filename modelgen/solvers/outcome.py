@@ -22,16 +22,16 @@ class Outcome(enum.Enum):
     SUCCESS = "reached the end at t = {time:.9g} s"
     EVENT = "stopped at t = {time:.9g} s: event '{event}' asked for it"
     MAX_STEPS = (
-        "stopped at t = {time:.9g} s: the budget of {budget:.9g} steps is used up; raise max_steps, loosen the tolerance, or take "
-        "an implicit solver if the model is stiff (fastest moving: '{state}' = {value:.6g}, rate {rate:.3g})"
+        "stopped at t = {time:.9g} s: the budget of {budget:.9g} steps is used up; raise max_steps, loosen the tolerance, or "
+        "take an implicit solver if the model is stiff (fastest moving: '{state}' = {value:.6g}, rate {rate:.3g})"
     )
     MAX_TIME = (
         "stopped at t = {time:.9g} s: the budget of {budget:.6g} s of computing time is used up; raise max_seconds or loosen the "
         "tolerance (fastest moving: '{state}' = {value:.6g}, rate {rate:.3g})"
     )
     STEP_TOO_SMALL = (
-        "stopped at t = {time:.9g} s: the tolerance {tolerance:.3g} cannot be held even with steps of {step:.3g} s; loosen it, or "
-        "smooth the model where '{state}' = {value:.6g}, rate {rate:.3g}"
+        "stopped at t = {time:.9g} s: the tolerance {tolerance:.3g} cannot be held even with steps of {step:.3g} s; loosen it, "
+        "or smooth the model where '{state}' = {value:.6g}, rate {rate:.3g}"
     )
     NON_FINITE_STATE = "stopped at t = {time:.9g} s: state '{state}' became {value}; check the start and the parameters"
     NON_FINITE_RATE = (
@@ -43,8 +43,8 @@ class Outcome(enum.Enum):
         "and stiffness"
     )
     CHATTERING = (
-        "stopped at t = {time:.9g} s: the rate of '{state}' (= {value:.6g}) jumps between {low:.6g} and {high:.6g} at every step, "
-        "however small; smooth the law that switches there, or model sticking as an event"
+        "stopped at t = {time:.9g} s: the rate of '{state}' (= {value:.6g}) jumps between {low:.6g} and {high:.6g} at every "
+        "step, however small; smooth the law that switches there, or model sticking as an event"
     )
     NEWTON_FAILED = (
         "stopped at t = {time:.9g} s: the implicit equations could not be solved even for a step of {step:.3g} s; loosen the "

@@ -109,9 +109,11 @@ def _shape_of(rhs: Any) -> tuple[int, int]:
     wanted = {"t": (1, 1), "x": (nx, 1)} | ({"p": (parameters, 1)} if parameters else {})
     for index, (name, size) in enumerate(wanted.items()):
         if rhs.size_in(index) != size or not rhs.sparsity_in(index).is_dense():
-            raise CaseError(where, f"input {name} is not a dense column but {rhs.sparsity_in(index).dim()}", "use densify or vec")
+            raise CaseError(
+                where, f"input {name} is not a dense column but {rhs.sparsity_in(index).dim(True)}", "use densify or vec"
+            )
     if rhs.size_out(0) != (nx, 1) or not rhs.sparsity_out(0).is_dense():
-        raise CaseError(where, f"output is {rhs.sparsity_out(0).dim()}, wanted a dense column of {nx}", "use densify")
+        raise CaseError(where, f"output is {rhs.sparsity_out(0).dim(True)}, wanted a dense column of {nx}", "use densify")
     return nx, parameters
 
 
@@ -123,7 +125,8 @@ def _check_times(times: Vector, t0: float) -> None:
         raise CaseError(where, f"starts at {times[0]:.9g} s, before t0 = {t0:.9g} s", "time runs forward")
     if (back := np.flatnonzero(np.diff(times) <= 0)).size:
         index = back[0] + 1
-        raise CaseError(where, f"entry {index} ({times[index]:.9g} s) does not come after the one before", "give increasing times")
+        found = f"entry {index} ({times[index]:.9g} s) does not come after the one before"
+        raise CaseError(where, found, "give increasing times")
 
 
 def _finite_number(where: str, value: Any) -> float:
@@ -188,6 +191,8 @@ class SolverOptions:
         for name in ("first_step", "largest_step", "fixed_step"):
             if getattr(self, name) is not None:
                 _positive(f"solver options, {name}", getattr(self, name))
+        if self.fixed_step is not None and (self.first_step is not None or self.largest_step is not None):
+            raise CaseError("solver options, fixed_step", "is given beside first_step or largest_step", "give one or the other")
         if self.rule not in RULES:
             raise CaseError("solver options, rule", f"is {self.rule!r}", f"known are {', '.join(RULES)}")
         if not isinstance(self.extrapolate, bool):

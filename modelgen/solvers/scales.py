@@ -60,15 +60,17 @@ def _own_stiffness(model: Compiled, point: OperatingPoint) -> Array:
 
 
 def _reference_torque(model: Compiled, point: OperatingPoint, start: Array) -> float:
-    """Largest torque on any group [N*m at the reference shaft] over a turn of the clocks, at the start."""
+    """Largest torque on any group [N*m at the reference shaft] over a turn of the clocks: of the sources alone, and at the start."""
     c, n = point.coordinates, len(model.equations.steps)
-    angle, own = c.to_angles @ start[:n], start[2 * n :]
+    own = np.tile(start[2 * n :, None], SAMPLES)
     clocks = np.tile(np.arange(SAMPLES) * (2 * np.pi / SAMPLES), (len(model.equations.clocks), 1))
     timed = np.asarray(model.mean_model["timed"].map(SAMPLES)(clocks, np.zeros((1, SAMPLES)), point.p))
-    torque = model.mean_model["torque"].map(SAMPLES)(
-        np.tile(angle[:, None], SAMPLES), np.zeros((len(angle), SAMPLES)), np.tile(own[:, None], SAMPLES), point.p, timed
-    )[0]
-    return float(np.abs(np.asarray(torque) * c.ratio[:, None]).max(initial=0.0))
+    torque = model.mean_model["torque"].map(SAMPLES)
+    largest = 0.0
+    for angle in (np.zeros(n), c.to_angles @ start[:n]):
+        found = torque(np.tile(angle[:, None], SAMPLES), np.zeros((n, SAMPLES)), own, point.p, timed)[0]
+        largest = max(largest, float(np.abs(np.asarray(found) * c.ratio[:, None]).max(initial=0.0)))
+    return largest
 
 
 def _vibration_energy(point: OperatingPoint, rates: Array) -> float:

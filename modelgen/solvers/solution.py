@@ -108,7 +108,7 @@ class Solution:
     def load(cls, path: str | Path) -> Solution:
         """Reads what ``save`` wrote. Its case has no compiled model. Raises CaseError for a file that is something else."""
         try:
-            with np.load(path, allow_pickle=False) as data:
+            with Path(path).open("rb") as file, np.load(file, allow_pickle=False) as data:
                 head = json.loads(bytes(data["head"]).decode())
                 times, states, channels = data["times"], data["states"], data["channels"]
             if head["format"] != FORMAT:

@@ -24,15 +24,16 @@ Increment = Callable[[Callable[[Any, Any], Any], tuple[Any, Any, Any], Any, Any,
 
 
 def step_doubling(
-    rate: ca.Function, increment: Increment, order: int, extrapolate: bool, *, inline: bool = True
+    rate: ca.Function, increment: Increment, order: int, extrapolate: bool, *, unseen: float = 0.0, inline: bool = True
 ) -> ca.Function:
     """The function (t, h, state, q) -> (nodes, measures, whole, halves) of a rate (t, y, q) -> y'.
 
     ``state`` (nx, 2) holds [y, y'] at the start; ``nodes`` (nx, 4) [y, y'] in the middle and at the end, where the last two
-    columns are the state of the next step. ``measures`` (2): the largest |difference| of all states (Eq. 32), and a sum of squares
-    that is finite only if everything is (a maximum would hide NaN). ``whole`` and ``halves`` (nx): the plain results of one step
-    and of two. Differences are taken between increments, so that a large y costs them no digits. ``inline``: write the rate out into
-    the step where possible; an increment that calls a solver cannot be written out.
+    columns are the state of the next step. ``measures`` (2): the largest |difference| of all states (Eq. 32), and a sum of
+    squares that is finite only if everything is (a maximum would hide NaN). ``whole`` and ``halves`` (nx): the plain results of
+    one step and of two. Differences are taken between increments, so that a large y costs them no digits. ``unseen``: the part of
+    the step at its start in which the method takes no slope (see ``_unseen_error``). ``inline``: write the rate out into the step
+    where possible; an increment that calls a solver cannot be written out.
     """
     symbols = symbols_for(rate) if inline else ca.MX
     n = rate.numel_in(1)
@@ -52,20 +53,39 @@ def step_doubling(
     y_middle = y + (first + correction / 2)  # the first half step holds half of the error
     y_end = y + (first + second + correction)
     slope_end = f(end, y_end)
+    error = ca.mmax(ca.fabs(difference))
+    if unseen:
+        error = ca.fmax(error, _unseen_error(f, t, h, y, (slope, second_slope, slope_end), y_end - y, unseen))
     guard = ca.sumsqr(y_end) + ca.sumsqr(h * slope_end) + ca.sumsqr(difference)
     return ca.Function(
         "step",
         [t, h, state, q],
         [
             ca.horzcat(y_middle, second_slope, y_end, slope_end),
-            ca.vertcat(ca.mmax(ca.fabs(difference)), guard),
+            ca.vertcat(error, guard),
             y + whole,
             y + (first + second),
         ],
         ["t", "h", "state", "q"],
         ["nodes", "measures", "whole", "halves"],
-        {"cse": True},  # the parts that depend on time only appear at five distinct times, not at eleven
+        {"cse": symbols is ca.SX},  # the parts that depend on time only appear at five distinct times, not at eleven
     )
+
+
+def _unseen_error(
+    f: Callable[[Any, Any], Any], t: Any, h: Any, y: Any, slopes: tuple[Any, Any, Any], gain: Any, unseen: float
+) -> Any:
+    """What a kink or jump costs at most that lies before the first slope of the whole step and of the halves alike.
+
+    By Simpson's rule the slope at the start follows from the gain and the other two slopes; what is left of it was not seen. In a
+    stiff model a slope is as wrong as the state is away from its slow motion, times the stiffness; a difference of rates along
+    what is left measures the stiffness, and takes it out again.
+    """
+    start, middle, end = slopes
+    left = start - (6 * gain / h - 4 * middle - end)
+    size = ca.mmax(ca.fabs(left)) + 1e-300
+    stiffness = ca.mmax(ca.fabs(f(t, y + 1e-6 / size * left) - start)) / 1e-6
+    return unseen * h * size / (1 + h * stiffness)
 
 
 @dataclass(frozen=True)
@@ -93,6 +113,6 @@ class BoundStep:
         self._arguments = (self.time, self.size, state, parameters)  # the buffer does not keep them alive
         self._buffer, self.evaluate = step.buffer()
         for index, array in enumerate(self._arguments):
-            self._buffer.set_arg(index, memoryview(array))
-        self._buffer.set_res(0, memoryview(self.nodes))
-        self._buffer.set_res(1, memoryview(self.measures))
+            self._buffer.set_arg(index, array.data)
+        self._buffer.set_res(0, self.nodes.data)
+        self._buffer.set_res(1, self.measures.data)

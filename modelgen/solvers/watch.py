@@ -29,11 +29,6 @@ class Watch:
         """Wall clock used so far [s]."""
         return self.clock() - self.start
 
-    @property
-    def seconds_left(self) -> float:
-        """Wall clock that remains of the budget [s], never negative."""
-        return max(0.0, self.deadline - self.clock())
-
     def look(self, fraction: float) -> Outcome | None:
         """Report the fraction done; why the run must stop now, if it must."""
         now = self.clock()
@@ -43,3 +38,8 @@ class Watch:
         if self.cancel is not None and self.cancel():
             return Outcome.CANCELLED
         return Outcome.MAX_TIME if now >= self.deadline else None
+
+    def finish(self) -> None:
+        """Report that all is done."""
+        if self.progress is not None:
+            self.progress(1.0)

@@ -1,0 +1,26 @@
+"""The command line: ``modelgen run``, ``check``, ``list``, ``show``, ``elements``. Only ``__main__`` stands below it.
+
+A command asks the packages above and puts their answers into files or lines. What is heavy is imported inside the commands, so
+that ``modelgen --help`` answers at once.
+"""
+
+from __future__ import annotations
+
+import signal
+import sys
+from typing import NoReturn
+
+TERMINATED = 143
+
+
+def main() -> NoReturn:
+    """The script ``modelgen``; ends the process with its exit code."""
+    from modelgen.cli.commands import commands
+
+    for stream in (sys.stdout, sys.stderr):
+        # A description may hold characters that the terminal cannot show.
+        stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]  # both are text files here
+    # A polite request to end is heard like Ctrl-C: what is half done is put away first.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(TERMINATED))
+    commands(prog_name="modelgen")
+    raise AssertionError("click ends the process")

@@ -1,0 +1,52 @@
+"""The group of commands and how each ends: 0, or one line on stderr with 1, 2 or 130. Never a traceback for bad input.
+
+Stands at the root of ``cli``; each command is a file of its own.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from modelgen import __version__
+from modelgen.cli.check import check
+from modelgen.cli.elements import elements
+from modelgen.cli.ending import INTERRUPTED, REFUSED, Ending
+from modelgen.cli.listing import listing
+from modelgen.cli.run import run
+from modelgen.cli.show import show
+from modelgen.errors import ModelgenError
+
+EXAMPLES = """
+\b
+Examples:
+  modelgen list
+  modelgen run fracturing-truck --out out/truck
+  modelgen check my_driveline.toml
+"""
+
+
+class Commands(click.Group):
+    """A group whose refusals are one line, ``modelgen: where: problem; remedy``."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except ModelgenError as refusal:
+            raise Ending(refusal, REFUSED) from None
+        except KeyboardInterrupt:
+            raise Ending("interrupted; nothing was written", INTERRUPTED) from None
+
+
+@click.group(cls=Commands, epilog=EXAMPLES, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.version_option(__version__, prog_name="modelgen")
+def commands() -> None:
+    """A symbolic-to-numeric model compiler for drivelines.
+
+    MODEL is a name from the catalogue (modelgen list) or a model file (TOML).
+    """
+
+
+for command in (run, check, listing, show, elements):
+    commands.add_command(command)

@@ -1,0 +1,33 @@
+"""The files of a run, written into one folder: model, equations, figures, channels, report, summary.
+
+Part of ``cli``. The summary comes last, because it holds the time that everything took.
+"""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+from modelgen.cli.figures import draw_figures
+from modelgen.cli.progress import Progress
+from modelgen.cli.report import report_text
+from modelgen.cli.response import Response
+from modelgen.cli.responses import write_responses
+from modelgen.cli.summary import summary_text
+from modelgen.model.files import write_model
+
+
+def write_results(response: Response, folder: Path, command: str, begun: float, progress: Progress) -> None:
+    """Writes everything; ``begun`` is when the run began, by ``time.perf_counter``."""
+    progress.stage("write equations and channels")
+    write_model(response.line, folder / "model.toml")
+    equations = response.model.equations
+    (folder / "equations.md").write_text(equations.markdown(), encoding="utf-8")
+    (folder / "equations.tex").write_text(equations.latex(), encoding="utf-8")
+    write_responses(response, folder / "responses.csv")
+    progress.stage("draw figures", measured=True)
+    figures = draw_figures(response, folder, progress)
+    progress.stage("write report")
+    wall = time.perf_counter() - begun
+    (folder / "report.md").write_text(report_text(response, figures, command), encoding="utf-8")
+    (folder / "summary.json").write_text(summary_text(response, wall), encoding="utf-8")

@@ -1,8 +1,8 @@
 """Rules that results are held against, as data: quantity, limit, range of use, citation, and whether its text was seen.
 
-Part of ``analysis``; ``limits`` applies them. The files in ``rules/`` hold the rules that come with modelgen, ``read_rules`` reads
-others. A limit is an expression in the rule's inputs, in the units that the rule states, and is read by the allow-list of model
-files: what is shown is what is computed.
+Part of ``analysis``; ``limits`` applies them. The files in ``rules/`` hold the rules that come with modelgen, ``read_rules``
+reads others. A limit is an expression in the rule's inputs, in the units that the rule states, and is read by the allow-list of
+model files: what is shown is what is computed.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from modelgen.units import dimension_of, finite, read_any, to_si
 FOLDER = Path(__file__).parent / "rules"
 FORMAT = 1
 COMPARISONS = ("at most", "at least", "outside")
-_WORD = re.compile(r"[A-Za-z_]\w*(?!\w|\s*\()", re.ASCII)
+_WORD = re.compile(r"(?<![\w.])[A-Za-z_]\w*(?!\w|\s*\()", re.ASCII)  # a name that is not called
 
 
 @dataclass(frozen=True)
@@ -46,11 +46,13 @@ class RuleInput:
                 raise CaseError(where, f"is {value!r}", nearest(value.strip(), self.choices))
             return self.choices[value.strip()]
         number = in_unit(value, self.unit, where)
-        least, largest = self.least, self.largest
-        if number < least if least is not None else number <= 0:
-            raise CaseError(where, f"is {number:g} {self.unit}", "give a positive value" if least is None else f"give {least:g} or more")
-        if largest is not None and number > largest:
-            raise CaseError(where, f"is {number:g} {self.unit}, the rule counts at most {largest:g}", f"it is: {self.doc}")
+        shown = f"is {number:g}" + (f" {self.unit}" if self.unit != "1" else "")
+        if self.least is None and number <= 0:
+            raise CaseError(where, shown, "give a positive value")
+        if self.least is not None and number < self.least:
+            raise CaseError(where, shown, f"give {self.least:g} or more")
+        if self.largest is not None and number > self.largest:
+            raise CaseError(where, f"{shown}, the rule counts at most {self.largest:g}", f"it is: {self.doc}")
         return number
 
 
@@ -133,7 +135,8 @@ class Rule:
     @property
     def reach(self) -> str:
         """The ranges of inputs in which the rule holds, in words."""
-        return " or ".join(", ".join(f"{key} {low:g} to {high:g}" for key, (low, high) in ranges.items()) for ranges, _ in self.cases)
+        each = [", ".join(f"{key} {low:g} to {high:g}" for key, (low, high) in ranges.items()) for ranges, _ in self.cases]
+        return " or ".join(each)
 
 
 def in_unit(value: Any, unit: str, where: str) -> float:
@@ -183,7 +186,7 @@ def _read_rule(name: str, table: Any, where: str) -> Rule:
         if not isinstance(table.get(key, ""), str):
             raise CaseError(where, f"{key} is {table[key]!r:.60}", "write a text")
     if not isinstance(table["verified"], bool):
-        raise CaseError(where, f"verified is {table['verified']!r:.60}", "write true if the text of the rule was seen, else false")
+        raise CaseError(where, f"verified is {table['verified']!r:.60}", "write true where the rule's text was seen, else false")
     if table["comparison"] not in COMPARISONS:
         raise CaseError(where, f"comparison is {table['comparison']!r}", nearest(table["comparison"], COMPARISONS))
     if ("limit" in table) == ("cases" in table):
@@ -191,7 +194,8 @@ def _read_rule(name: str, table: Any, where: str) -> Rule:
     try:
         read_any(f"1 {table['unit']}", where)
         inputs = {key: _read_input(key, each, where) for key, each in table.get("inputs", {}).items()}
-        cases = tuple(_read_cases(table.get("cases", [{"when": {}, "limit": table.get("limit")}]), table["comparison"], inputs, where))
+        one = [{"when": {}, "limit": table.get("limit")}]
+        cases = tuple(_read_cases(table.get("cases", one), table["comparison"], inputs, where))
     except ModelgenError:
         raise
     except (TypeError, ValueError, AttributeError, KeyError) as error:
@@ -214,7 +218,8 @@ def _read_cases(cases: Any, comparison: str, inputs: Mapping[str, RuleInput], wh
         _check_keys(case, {"when", "limit"}, set(), where)
         formulas = tuple(case["limit"]) if isinstance(case["limit"], list) else (case["limit"],)
         if len(formulas) != 1 + (comparison == "outside"):
-            raise CaseError(where, f"has {len(formulas)} limits for {comparison!r}", "'outside' takes a lower and an upper one, the others one")
+            what = f"has {len(formulas)} limits for {comparison!r}"
+            raise CaseError(where, what, "'outside' takes a lower and an upper one, the others one")
         for word in [*case["when"], *(word for text in formulas for word in _WORD.findall(text))]:
             if word not in inputs:
                 raise CaseError(where, f"uses {word!r}, which is no input of it", nearest(word, inputs))

@@ -1,7 +1,8 @@
 """Question: does the driveline keep its limits, by how much, and where do the limits come from?
 
-``check_limits(values, rules)`` holds values by name, such as those of an ``AnglesResult``, against rules (``limit_rules``). A value
-is named ``element.quantity``; a rule judges the values of its quantity. A rule whose own text was not seen says so in every row.
+``check_limits(values, rules)`` holds values by name, such as those of an ``AnglesResult``, against rules (``limit_rules``). A
+value is named ``element.quantity``; a rule judges the values of its quantity. A rule whose own text was not seen says so in every
+row.
 """
 
 from __future__ import annotations
@@ -51,8 +52,8 @@ class LimitRow:
         equals = "" if self.formula == self.inserted else f" = {self.formula} = {self.inserted}"
         judged = self.remark if self.margin is None else f"{self.comparison} {limit}{unit}{equals}{left}"
         beside = "" if self.beside is None else f" (half peak to peak {self.beside:.4g}{unit})"
-        head = f"{self.verdict:<10} {self.element}.{self.quantity} {self.value:.4g}{unit}{beside}: {judged}"
-        return f"{head}\n           {self.citation}; {self.provenance}"
+        source = self.rule if self.verified else f"{self.rule}, not verified"
+        return f"{self.verdict:<10} {self.element}.{self.quantity} {self.value:.4g}{unit}{beside}: {judged} [{source}]"
 
 
 @dataclass(frozen=True)
@@ -79,10 +80,13 @@ class LimitsResult:
 
     def __str__(self) -> str:
         counts = ", ".join(f"{len(self.with_verdict(verdict))} {verdict}" for verdict in ("pass", "fail", "not judged"))
-        return "\n".join([f"limits of {self.model!r}: {counts}", *map(str, self.rows), *self.remarks])
+        sources = dict.fromkeys(f"[{row.rule}] {row.measure}; {row.citation}; {row.provenance}" for row in self.rows)
+        return "\n".join([f"limits of {self.model!r}: {counts}", *map(str, self.rows), *sources, *self.remarks])
 
 
-def check_limits(values: AnglesResult | Mapping[str, Any], rules: Iterable[Rule | str] | Rule | str, model: str = "") -> LimitsResult:
+def check_limits(
+    values: AnglesResult | Mapping[str, Any], rules: Iterable[Rule | str] | Rule | str, model: str = ""
+) -> LimitsResult:
     """Values against rules, as a table of pass, fail and margin.
 
     ``values``: a result, or a mapping from ``element.quantity`` to a text with a unit, a pair (number, unit), or a plain number
@@ -129,7 +133,8 @@ def _subjects(applied: Rule, values: Mapping[str, Any]) -> list[tuple[str, str]]
             found[element] = name
     if not found:
         known = sorted({str(name).rpartition(".")[2] for name in values})
-        raise CaseError(applied.where, f"judges {applied.quantity!r}, of which there is no value", nearest(applied.quantity, known))
+        what = f"judges {applied.quantity!r}, of which there is no value"
+        raise CaseError(applied.where, what, nearest(applied.quantity, known))
     for subject in applied.subjects:
         if subject not in found:
             raise CaseError(applied.where, f"there is no {subject}.{applied.quantity}", nearest(subject, found))
@@ -138,8 +143,8 @@ def _subjects(applied: Rule, values: Mapping[str, Any]) -> list[tuple[str, str]]
 
 def _judged(applied: Rule, element: str, name: str, values: Mapping[str, Any]) -> LimitRow:
     value = in_unit(values[name], applied.unit, f"value {name!r}")
-    beside_name = f"{element}.{applied.beside}"
-    beside = in_unit(values[beside_name], applied.unit, f"value {beside_name!r}") if applied.beside and beside_name in values else None
+    other = f"{element}.{applied.beside}" if applied.beside else ""
+    beside = in_unit(values[other], applied.unit, f"value {other!r}") if other in values else None
     limit = applied.limit()
     margin = None if limit is None else _margin(applied, value, limit)
     return LimitRow(

@@ -25,12 +25,13 @@ def separation_margins(result: ModalResult, excitations: Mapping[str, Any]) -> d
     """
     values = {}
     for label, given in excitations.items():
+        where = f"excitation {label!r}"
         pair = given if isinstance(given, (tuple, list)) else (given, given)
         if len(pair) != 2:
-            raise CaseError(f"excitation {label!r}", f"is {given!r:.60}", 'give a frequency, or a lowest and a highest one: ("80 Hz", "95 Hz")')
-        low, high = (_positive(each, "Hz", f"excitation {label!r}") for each in pair)
+            raise CaseError(where, f"is {given!r:.60}", 'give a frequency, or a lowest and a highest one: ("80 Hz", "95 Hz")')
+        low, high = (_positive(each, "Hz", where) for each in pair)
         if low > high:
-            raise CaseError(f"excitation {label!r}", f"runs from {low:g} to {high:g} Hz", "give the lowest frequency first")
+            raise CaseError(where, f"runs from {low:g} to {high:g} Hz", "give the lowest frequency first")
         for name, frequency in _modes(result):
             margin = 1 - frequency / low if frequency < low else max(0.0, frequency / high - 1)
             values[f"{name} / {label}.separation_margin"] = margin

@@ -1,42 +1,41 @@
-"""The limit that a driveline's torsional angle is held against, and the verdict.
+"""The limit that a run holds its angles against, and the verdict in a form that reports and programs read.
 
-Part of ``cli``. The figure is that of the paper, which quotes SY/T 5211-2009 (fracturing pump sets); the standard's own text was
-not seen, so neither its definition of the angle nor its range of use is known. The largest absolute value of the physical
-vibration angle is held against it.
+Part of ``cli``; the rule itself, with what is known of it, stands among those of ``analysis``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from math import degrees
 
 from modelgen.analysis import AnglesResult
+from modelgen.analysis.limits import LimitRow, check_limits
 
-NAME = "SY/T 5211-2009 as the paper quotes it"
+RULE = "syt_5211_angle"
 QUANTITY = "vibration_peak"
-DEGREES = 0.5
+"""What the rule judges, in the words of ``summary.json``."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """The element whose vibration angle is largest, its value [deg, physical, 0-peak], and all that exceed the limit."""
+    """The inertia with the largest angle, and all whose angle exceeds the limit, largest first; values in degrees."""
 
-    element: str
-    value: float
-    exceeding: Mapping[str, float]
+    worst: LimitRow
+    exceeding: tuple[LimitRow, ...]
 
     @property
     def ok(self) -> bool:
         """Whether no angle exceeds the limit."""
         return not self.exceeding
 
+    @property
+    def limit(self) -> float:
+        """The limit [deg]."""
+        return self.worst.limits[0]
+
 
 def verdict(found: AnglesResult) -> Verdict | None:
     """The verdict on all inertias; None for a driveline without any."""
-    peaks = {name: degrees(each.vibration.peak) for name, each in found.inertias.items()}
-    if not peaks:
+    if not found.inertias:
         return None
-    largest = max(peaks, key=lambda name: peaks[name])
-    above = {name: peaks[name] for name in sorted(peaks, key=lambda name: -peaks[name]) if peaks[name] > DEGREES}
-    return Verdict(largest, peaks[largest], above)
+    rows = sorted(check_limits(found, RULE).rows, key=lambda row: -row.value)
+    return Verdict(rows[0], tuple(row for row in rows if row.verdict == "fail"))

@@ -57,7 +57,6 @@ def report_text(response: Response, figures: Sequence[Figure], command: str = ""
         twists=_twists(response),
         meshes=response.angles.meshes,
         verdict=limit.verdict(response.angles),
-        limit=limit,
         crosscheck=response.crosscheck,
         crosscheck_failed=response.crosscheck_failed,
         data=_data(response),

@@ -114,8 +114,8 @@ def _say(response: Response, out: Path, wall: float) -> None:
     found, frequencies = limit.verdict(response.angles), response.modes.frequencies[response.modes.rigid :]
     rows = []
     if found is not None:
-        side = "within" if found.ok else "above"
-        rows.append(("largest vibration angle", f"{digits(found.value)} deg at {found.element} (0-peak, physical; {side} {limit.DEGREES} deg)"))
+        side = f"{'within' if found.ok else 'above'} {found.limit:g} deg"
+        rows.append(("largest vibration angle", f"{digits(found.worst.value)} deg at {found.worst.element} (0-peak, physical; {side})"))
     if len(frequencies):
         rows.append(("lowest natural frequency", f"{digits(float(frequencies[0]), 6)} Hz"))
     meshes = response.angles.meshes

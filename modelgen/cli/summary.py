@@ -78,12 +78,13 @@ def limit_data(response: Response) -> dict[str, Any] | None:
     found = limit.verdict(response.angles)
     if found is None:
         return None
+    worst = found.worst
     return {
-        "name": limit.NAME,
+        "name": worst.citation,
         "quantity": limit.QUANTITY,
-        "element": found.element,
-        "deg": limit.DEGREES,
-        "value_deg": found.value,
+        "element": worst.element,
+        "deg": found.limit,
+        "value_deg": worst.value,
         "ok": found.ok,
     }
 

@@ -185,7 +185,7 @@ class _Document:
         yield Heading(2, "Coordinates")
         roots = sum(step.form is None for step in eq.steps)
         counted = [(roots, "rigid angle"), (len(eq.steps) - roots, "relative angle")]
-        text = "The states are " + " and ".join(_count(count, what) for count, what in counted if count) + ", then their rates"
+        text = "States: " + " and ".join(_count(count, what) for count, what in counted if count) + ", then their rates"
         own = sum(state.kind == "own" for state in eq.states)
         text += f", then {_count(own, 'state')} of the elements' own." if own else "."
         if roots and self.speed is not None:

@@ -150,12 +150,16 @@ def _shorter_waves(expression: sympy.Expr) -> sympy.Expr:
 
 
 def _gathered(expression: sympy.Basic) -> sympy.Basic:
-    """sqrt(a) sqrt(b)/sqrt(c) as sqrt(a b/c)."""
+    """sqrt(a) sqrt(b)/sqrt(c) as sqrt(a b/c), and x (-a - b) as -x (a + b)."""
 
     def gather(product: sympy.Expr) -> sympy.Expr:
         roots = [f for f in product.args if f.is_Pow and abs(f.exp) == sympy.S.Half]
-        rest = [f for f in product.args if f not in roots]
-        return sympy.Mul(*rest, sympy.sqrt(sympy.Mul(*(f.base ** (2 * f.exp) for f in roots)))) if len(roots) > 1 else product
+        below = [f for f in product.args if f.is_Add and all(term.could_extract_minus_sign() for term in f.args)]
+        if len(roots) < 2 and not below:
+            return product
+        rest = [f for f in product.args if f not in roots and f not in below]
+        root = sympy.sqrt(sympy.Mul(*(f.base ** (2 * f.exp) for f in roots)))
+        return sympy.Mul(*rest, root, *(-f for f in below), (-1) ** len(below))
 
     return expression.replace(lambda e: e.is_Mul, gather)
 

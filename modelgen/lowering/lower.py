@@ -39,6 +39,7 @@ class Forces:
     rates: list[ca.SX]
     values: dict[str, ca.SX]
     powers: dict[str, ca.SX]
+    by_element: list[tuple[ca.SX, ca.SX]]
 
 
 def lower(equations: Equations) -> Compiled:
@@ -180,7 +181,7 @@ class _Lowering:
 
     def _forces(self, motion: Motion, timed: list[ca.SX], clocks: list[ca.SX]) -> Forces:
         eq = self.eq
-        result = Forces([ca.SX(0)] * len(eq.nodes), {}, [ca.SX(0)] * (len(eq.states) - 2 * self.order), {}, {})
+        result = Forces([ca.SX(0)] * len(eq.nodes), {}, [ca.SX(0)] * (len(eq.states) - 2 * self.order), {}, {}, [])
         for number, instance in enumerate(eq.instances):
             block = self.blocks[instance.template]
             template = block.template
@@ -198,6 +199,7 @@ class _Lowering:
             for (f, g), each in zip(template.mass, ca.vertsplit(mass) if template.mass else [], strict=True):
                 key = (instance.nodes[f], instance.nodes[g])
                 result.mass[key] = result.mass.get(key, ca.SX(0)) + each
+            result.by_element.append((torque, mass))
             prefix = f"{instance.name}." if instance.name else ""
             for names, column in ((block.fixed_names, self.given[number][2]), (block.timed_names, timed[number]), (block.state_names, named)):
                 result.values.update({f"{prefix}{name}": column[row] for row, name in enumerate(names)})
@@ -335,7 +337,14 @@ class _Lowering:
         motion = self._from_angles(angles, speeds, own)
         forces = self._forces(motion, slots, still)
         torque, mass = self._by_group(forces)
-        torque, matrix = (ca.substitute(each, self.t, 0) for each in (torque, _matrix(mass, n)))
+        outputs = ca.vertcat(*self._outputs(motion, forces, self._accelerations(torque, mass), mass).values())
+        by_flange, by_mass_term = (ca.vertcat(*column) for column in zip(*forces.by_element, strict=True))
+        torque, matrix, outputs, by_flange, by_mass_term = (
+            ca.substitute(each, self.t, 0) for each in (torque, _matrix(mass, n), outputs, by_flange, by_mass_term)
+        )
+        completed = ca.SX(self.p)
+        for name, expression in self.parameters._expressions.items():
+            completed[self.parameters.slices[name]] = expression(self.p)
         given = [angles, speeds, own, self.p, mean]
         explicit = [ca.SX(flag) for i in eq.instances for flag in self.blocks[i.template].explicit_mean]
         means = [self.blocks[i.template].mean(*given_) for i, given_ in zip(eq.instances, self.given, strict=True)]
@@ -349,6 +358,9 @@ class _Lowering:
         functions: dict[str, tuple[list[ca.SX], list[ca.SX]]] = {
             "torque": (given, [torque, ca.vertcat(*forces.rates)]),
             "linear": (given, [matrix, -ca.jacobian(torque, speeds), -ca.jacobian(torque, angles)]),
+            "elements": (given, [by_flange, by_mass_term]),
+            "outputs": (given, [outputs]),
+            "completed": ([self.p], [completed]),
             "timed": ([self.clock_angles, self.t, self.p], [ca.vertcat(*timed)]),
             "means": ([self.p], [ca.vertcat(*means), ca.vertcat(*explicit)]),
             "angles": ([self.x, self.p], [placed, rates]),

@@ -122,7 +122,7 @@ class _Reader:
                 speed=self.speed(operation),
                 reference=self.text_of(operation, "reference", None, "operation") if "reference" in operation else None,
                 bases={k: self.base(k, v) for k, v in self.table(data.get("bases", {}), "bases").items()},
-                balanced=tuple(map(str, self.list_of(operation.get("balance", []), "operation"))),
+                balanced=tuple(map(str, self.list_of(operation.get("balance", []), "operation", "balance"))),
                 drifts=self.drifts(operation),
                 assemblies={k: self.assembly(k, v) for k, v in self.table(data.get("assemblies", {}), "assemblies").items()},
             )
@@ -148,7 +148,7 @@ class _Reader:
     def text_of(self, table: Mapping[str, Any], key: str, default: str | None = None, *keys: str) -> str:
         value = table.get(key, default)
         if not isinstance(value, str):
-            raise self.refuse(keys, f"{key} is {value!r:.60}" if key in table else f"{key} is missing", f'write {key} = "..."')
+            raise self.refuse((*keys, key), f"is {value!r:.60}" if key in table else "is missing", f'write {key} = "..."')
         return value
 
     def list_of(self, value: Any, *keys: str) -> list[Any]:
@@ -164,13 +164,13 @@ class _Reader:
     def speed(self, operation: Mapping[str, Any]) -> Any:
         speed = operation.get("speed")
         if speed is not None and not isinstance(speed, str):
-            raise self.refuse(("operation",), f"speed is {speed!r}", 'give it with a unit, such as "1900 rpm"')
+            raise self.refuse(("operation", "speed"), f"is {speed!r}", 'give it with a unit, such as "1900 rpm"')
         return speed
 
     def drifts(self, operation: Mapping[str, Any]) -> bool:
         drifts = operation.get("drifts", False)
         if not isinstance(drifts, bool):
-            raise self.refuse(("operation",), f"drifts is {drifts!r}", "write true or false")
+            raise self.refuse(("operation", "drifts"), f"is {drifts!r}", "write true or false")
         return drifts
 
     def assembly(self, key: str, value: Any) -> tuple[str, ...]:
@@ -183,7 +183,7 @@ class _Reader:
         self.known(table, ("order", "shaft"), "bases", key)
         order = table.get("order")
         if isinstance(order, bool) or not isinstance(order, (int, str)):
-            raise self.refuse(("bases", key), f"order is {order!r}", 'write a whole number or a fraction such as "1/2"')
+            raise self.refuse(("bases", key, "order"), f"is {order!r}" if "order" in table else "is missing", 'write a whole number or a fraction such as "1/2"')
         return base_frequency(key, (table.get("shaft"), order))
 
     def parameter(self, key: str, value: Any) -> NamedParameter:

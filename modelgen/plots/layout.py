@@ -8,13 +8,18 @@ each over the column where it is joined, and turn back where they would make the
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from modelgen.equations.records import Equations, Instance, Template
 
 Links = Mapping[int, Iterable[int]]
+Place = tuple[int, int]
+Spans = Mapping[int, list[tuple[int, int]]]
+Option = tuple[float, int, list[int], list[int]]
+"""Cost, level, columns, and the levels that its connection crosses."""
+
 LONGEST = 10
 """Nodes in a row; a longer line goes on below, on its way back."""
 
@@ -48,7 +53,7 @@ class Layout:
 
     rows: tuple[Row, ...]
     joints: tuple[Joint, ...]
-    place: Mapping[int, tuple[int, int]]
+    place: Mapping[int, Place]
 
     @property
     def columns(self) -> int:
@@ -168,42 +173,53 @@ def _runs_forward(path: list[int], forward: set[tuple[int, int]]) -> bool:
     return along > against or along == against and path[0] <= path[-1]
 
 
-def _places(rows: Iterable[Row]) -> dict[int, tuple[int, int]]:
-    rows = list(rows)
+def _places(rows: Sequence[Row]) -> dict[int, Place]:
+    """Columns and levels, from zero."""
     widest = max(len(row.nodes) for row in rows)
-    place: dict[int, tuple[int, int]] = {}
+    place: dict[int, Place] = {}
     spans: dict[int, list[tuple[int, int]]] = {}
     stems: dict[int, list[int]] = {}
-
-    def free(level: int, first: int, last: int) -> bool:
-        ends = all(last + 1 < a or b + 1 < first for a, b in spans.get(level, []))
-        return ends and not any(first <= column <= last for column in stems.get(level, []))
-
-    for row in rows:
-        options = []
-        if row.hangs_from is None:
-            lowest = max(spans, default=-1) + 1
-            options.append((0.0, lowest, list(range(len(row.nodes))), []))
-        else:
-            column, level = place[row.hangs_from]
-            at = row.nodes.index(row.joined_at) if row.joined_at is not None else 0
-            for way in (1, -1):
-                shift = way if row.kind == "shaft" else 0  # a branch leaves its node sideways
-                columns = [column + shift + way * (index - at) for index in range(len(row.nodes))]
-                outside = sum(not 0 <= each < widest for each in columns)
-                for step in sorted(range(-len(rows), len(rows) + 1), key=abs):
-                    between = [level + each for each in range(min(step, 0) + 1, max(step, 0))]
-                    crosses = any(a <= column <= b for each in between for a, b in spans.get(each, []))
-                    if step and not crosses and free(level + step, min(*columns, column), max(*columns, column)):
-                        cost = 10.0 * (abs(step) - 1) + (3.0 if step < 0 else 0.0) + 2.0 * outside + (0.5 if way < 0 else 0.0)
-                        options.append((cost, level + step, columns, between))
-        if not options:  # everything around is taken: to the very bottom
-            options.append((0.0, max(spans) + 1, list(range(len(row.nodes))), []))
-        _, level, columns, between = min(options, key=lambda option: option[:2])
+    waiting, late = deque(rows), set()
+    while waiting:
+        row = waiting.popleft()
+        hung = row.hangs_from is not None
+        if hung and row.hangs_from not in place:
+            waiting.append(row)
+            continue
+        options = _options(row, place, spans, stems, widest) if hung else []
+        if hung and not options and row not in late:  # everything around is taken: after all others
+            late.add(row)
+            waiting.append(row)
+            continue
+        lowest = max(spans, default=-1) + 1
+        _, level, columns, between = min(options, default=(0.0, lowest, list(range(len(row.nodes))), []), key=lambda option: option[:2])
         place.update({node: (column, level) for node, column in zip(row.nodes, columns, strict=True)})
-        corner = [place[row.hangs_from][0]] if row.kind == "shaft" and row.hangs_from is not None else []
+        at = [place[row.hangs_from][0]] if row.hangs_from is not None and options else []
+        corner = at if row.kind == "shaft" else []
         spans.setdefault(level, []).append((min(*columns, *corner, columns[0]), max(*columns, *corner, columns[0])))
         for each in between:
-            stems.setdefault(each, []).append(place[row.hangs_from][0] if row.hangs_from is not None else 0)
+            stems.setdefault(each, []).extend(at)
     left, top = min(column for column, _ in place.values()), min(level for _, level in place.values())
     return {node: (column - left, level - top) for node, (column, level) in place.items()}
+
+
+def _options(row: Row, place: Mapping[int, Place], spans: Spans, stems: Mapping[int, list[int]], widest: int) -> list[Option]:
+    """Where a row can stand: next to the row it hangs from, onward or back, rather than farther off, above, or wider."""
+    assert row.hangs_from is not None and row.joined_at is not None
+    column, level = place[row.hangs_from]
+    at = row.nodes.index(row.joined_at)
+    reach = max(spans) - min(spans) + 1
+    options: list[Option] = []
+    for way in (1, -1):
+        shift = way if row.kind == "shaft" else 0  # a branch leaves its node sideways
+        columns = [column + shift + way * (index - at) for index in range(len(row.nodes))]
+        first, last = min(*columns, column), max(*columns, column)
+        outside = sum(not 0 <= each < widest for each in columns)
+        for step in (each for each in range(-reach, reach + 1) if each):
+            between = [level + each for each in range(min(step, 0) + 1, max(step, 0))]
+            crosses = any(a <= column <= b for each in between for a, b in spans.get(each, []))
+            ends = all(last + 1 < a or b + 1 < first for a, b in spans.get(level + step, []))
+            if ends and not crosses and not any(first <= stem <= last for stem in stems.get(level + step, [])):
+                cost = 10.0 * (abs(step) - 1) + (3.0 if step < 0 else 0.0) + 2.0 * outside + (0.5 if way < 0 else 0.0)
+                options.append((cost, level + step, columns, between))
+    return options

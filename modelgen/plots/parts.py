@@ -129,7 +129,8 @@ def parts(equations: Equations) -> Parts:
         elif template.supplied_power != 0:
             arrows[nodes[0]] = (*arrows.get(nodes[0], ()), Arrow(instance.name, _drives(values, instance)))
         elif not template.mass:
-            anchor = Anchor(instance.name, bool(template.absolute_angles), values.size(instance))
+            springs = bool(template.absolute_angles) or any(relative.sees_angle for relative in template.relatives)
+            anchor = Anchor(instance.name, springs, values.size(instance))
             anchors[nodes[0]] = (*anchors.get(nodes[0], ()), anchor)
     return Parts(disks, arrows, anchors, shafts, wheels, _speeds(equations, values))
 

@@ -126,6 +126,9 @@ class Builder:
         (upper_column, upper_level), (lower_column, lower_level) = (self.places.place[node] for node in nodes)
         if upper_column != lower_column or lower_level - upper_level != 1:
             made.distant.append((made.at[nodes[0]], made.at[nodes[1]]))
+            (x1, y1), (x2, y2) = made.distant[-1]
+            on_the_way = [(x1 + (x2 - x1) * k / 24, y1 + (y2 - y1) * k / 24) for k in range(25)]
+            self.room.take(*((x - 0.05, y - 0.05, x + 0.05, y + 0.05) for x, y in on_the_way))
             return []
         share = _share(self.found.wheels[joint.names[0]], nodes[0])
         offset = self._offset(nodes)
@@ -176,18 +179,26 @@ class Builder:
             top += ARROW[1] + block.height + 0.12
 
     def _anchors(self, node: int) -> None:
+        """Below the disk, or beside it where there are several or where wheels mesh."""
         x, y = self.made.at[node]
-        low = y - self.made.half_height[node]
-        wheels = self.offsets.get(node)
+        wheels, anchors = self.offsets.get(node), self.found.anchors.get(node, ())
         side = -1.0 if wheels and next(iter(wheels)) > 0 else 1.0
-        for index, anchor in enumerate(self.found.anchors.get(node, ())):
-            along = x + side * (0.5 * index + (0.25 if wheels else 0.0))
-            self.made.anchors.append((along, low, anchor.springs))
-            self.room.take(anchor_box(along, low))
+        aside = bool(wheels) or len(anchors) > 1
+        placed = []
+        for index, anchor in enumerate(anchors):
+            along = x + side * (0.42 + 0.5 * index) if aside else x
+            top = y if aside else y - self.made.half_height[node]
+            placed.append((along, top, anchor))
+            self.made.anchors.append((along, top, anchor.springs))
+            self.room.take(anchor_box(along, top))
+            if aside:
+                self.made.shafts.append(((x, y), (along, y)))
+        for along, top, anchor in placed:
             block = Block.of(anchor.name, NAME, 0.9 * self.pitch, anchor.size)
-            beside = block.width / 2 + 0.30
-            spots = [(along + s * beside, low - GROUND / 2 - down) for down in (0.0, 0.2, 0.4, -0.2, 0.6) for s in (side, -side)]
-            self.room.put((block, spots))
+            beside, below = block.width / 2 + 0.30, top - GROUND - 0.18 - block.height / 2
+            under = [(along, below), (along - 0.3, below), (along + 0.3, below), (along, below - 0.3), (along, below - 0.6)]
+            level = [(along + s * beside, top - GROUND / 2 - down) for down in (0.0, 0.2, 0.4) for s in (side, -side)]
+            self.room.put((block, [*under, *level] if len(placed) > 1 else [*level, *under]))
 
     # -- labels ------------------------------------------------------------------------------------------------------------
 
@@ -215,15 +226,23 @@ class Builder:
             self.room.put((block, sorted(spots, key=lambda spot: abs(spot[1] - y) + 0.4 * abs(spot[0] - x) + 0.3 * (spot[1] > y))), tied=not self.offsets.get(node))
 
     def _label_shaft(self, joint: Joint) -> None:
-        """Names above the shaft, stiffness below it; a second element between the same nodes goes on above."""
+        """Names above the shaft, stiffness below it; beside the stem of one that turns down."""
         (x1, y1), (x2, y2) = self.made.at[joint.first], self.made.at[joint.second]
-        y, x = min(y1, y2), (x1 + x2) / 2
-        gap = max(self.pitch - DISK - 0.08, 0.8)
+        x, gap = (x1 + x2) / 2, max(self.pitch - DISK - 0.08, 0.8)
         for name in joint.names:
             stiffness = self.found.shafts[name].stiffness
-            if stiffness is not None:
-                size = Block((Line(f"{float(self.found.stiffness(stiffness)):.4g}", NOTE, GRAY),))
-                self.room.put((size, [*_shifts(x, y - 0.09 - size.height / 2, -1, 2), *_shifts(x, y + 0.09 + size.height / 2, 1, 8)]))
+            size = "" if stiffness is None else f"{float(self.found.stiffness(stiffness)):.4g}"
+            if y1 != y2 and x1 == x2:
+                block = Block.of(name, NAME, gap, size)
+                stem = x + (0.45 if x > self.middle else -0.45)
+                inward = stem + (-1 if x > self.middle else 1) * (block.width / 2 + 0.10)
+                self.room.put((block, [(inward, (y1 + y2) / 2 + step * SLIDE) for step in (0, 1, -1, 2, -2, 3, -3, 4, -4)]))
+                continue
+            y = min(y1, y2)
+            if size:
+                block = Block((Line(size, NOTE, GRAY),))
+                away = 0.09 + block.height / 2
+                self.room.put((block, [*_shifts(x, y - away, -1, 2), *_shifts(x, y + away, 1, 8)]))
             forms = [Block.of(name, NAME, width) for width in (gap, gap / 2)]
             near = [(form, _shifts(x, y + form.height / 2 + 0.05, 1, 2)) for form in forms]
             far = [(form, _shifts(x, y + side * (form.height / 2 + 0.05), side, 14)) for form in forms for side in (1, -1)]
@@ -254,7 +273,7 @@ class Builder:
                 x, y = self.made.at[node]
                 over = y + self.made.half_height[node] + 0.05 + block.height / 2
                 reach = block.width / 2 + DISK / 2 + 0.08
-                spots += [(x, over), (x - reach, y), (x + reach, y), *((x, over + up) for up in (0.2, 0.4, 0.6, 0.8))]
+                spots += [(x, over), *((x + side * (reach + more), y) for more in (0.0, 0.45) for side in (-1, 1)), (x, over + 0.4), (x, over + 0.8)]
             self.room.put((block, spots), tied=False)
 
     def _count_signs_that_meet(self) -> None:

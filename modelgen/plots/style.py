@@ -138,7 +138,7 @@ def sheet(model: str, what: str, detail: str = "", *, height: float, width: floa
     lines = filled(detail, SMALL, width - 0.4)
     band = 0.62 + 0.34 * len(lines)
     figure = Figure(figsize=(width * CM, (height + band) * CM), dpi=DPI)
-    figure.set_layout_engine("constrained", rect=(0.0, 0.0, 1.0, height / (height + band)), w_pad=0.04, h_pad=0.05)
+    figure.set_layout_engine("constrained", rect=(0.005, 0.0, 0.985, height / (height + band)), w_pad=0.05, h_pad=0.05)
     inside, top = 0.2 / width, 1 - 0.12 / (height + band)
     figure.text(inside, top, f"{model}: {what}", fontsize=TITLE, fontweight="bold", va="top")
     if lines:
@@ -165,6 +165,8 @@ def page(figure: Figure) -> Axes:
     return axes
 
 
-def name_panel(axes: Axes, text: str) -> None:
-    """The small title of one panel."""
-    axes.set_title(text, fontsize=TEXT, fontweight="bold", color=INK)
+def name_panel(axes: Axes, text: str, note: str = "") -> None:
+    """The small title of one panel, with a note in gray below it."""
+    axes.set_title(text, fontsize=TEXT, fontweight="bold", color=INK, pad=13 if note else 4)
+    if note:
+        axes.annotate(note, (0, 1), xycoords="axes fraction", xytext=(0, 3), textcoords="offset points", fontsize=SMALL, color=GRAY)

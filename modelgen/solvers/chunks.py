@@ -201,8 +201,7 @@ class _Run:
         """The output times within reach, as many as the budget of a chunk allows; without any, just the reach."""
         times = self.problem.times
         most = max(1, int(self.affordable_steps() / FEWEST))
-        # A hair further, so that rounding does not drop the last of equally spaced times.
-        last = int(np.searchsorted(times, self.t + self.reach * (1 + 1e-9), side="right"))
+        last = int(np.searchsorted(times, self.t + self.reach, side="right"))
         if last == self.done:
             return np.array([self.t + self.reach])
         return times[self.done : min(last, self.done + most)]

@@ -139,8 +139,7 @@ class _March:
         self.t = t_new
         self.steps += 1
         self.largest = max(self.largest, h)
-        if t_new < self.end or not self.smallest < math.inf:  # the last step is cut to size and says nothing
-            self.smallest = min(self.smallest, h)
+        self.smallest = min(self.smallest, h)
         if self.steps == self.next_check:
             self.next_check += min(self.steps, RARELY)
             if (found := chatter(self.scaled, t_new, self.state[0].copy(), h)) is not None:

@@ -152,7 +152,7 @@ class Budget:
     max_steps: int = 20_000_000
     max_seconds: float = 600.0
     smallest_step: float = 1e-13
-    bound: float = 1e9
+    bound: float = 1e10
 
     def __post_init__(self) -> None:
         for entry in fields(self):

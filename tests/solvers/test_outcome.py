@@ -9,8 +9,17 @@ import pytest
 from modelgen.solvers.outcome import Outcome
 
 FACTS = {
-    "time": 0.25, "state": "shaft.twist", "value": 0.5, "rate": 2.0, "step": 1e-9, "tolerance": 1e-8, "budget": 100.0,
-    "low": -1.0, "high": 1.0, "event": "contact", "reason": "no start",
+    "time": 0.25,
+    "state": "shaft.twist",
+    "value": 0.5,
+    "rate": 2.0,
+    "step": 1e-9,
+    "tolerance": 1e-8,
+    "budget": 100.0,
+    "low": -1.0,
+    "high": 1.0,
+    "event": "contact",
+    "reason": "no start",
 }
 
 

@@ -46,6 +46,7 @@ def test_the_step_is_the_classical_method_written_out() -> None:
     assert measures[0, 0] == pytest.approx(np.abs(end - whole).max(), rel=1e-9)
     extrapolated = np.array(rk4_step(RATE, True)(t, h, state, q)[0])
     assert extrapolated[:, 2] == pytest.approx(end + (end - whole) / 15, abs=1e-15)  # Eq. 31
+    assert extrapolated[:, 0] == pytest.approx(middle + (end - whole) / 30, abs=1e-15)  # after one of the two half steps
 
 
 def test_two_half_steps_err_by_a_sixteenth_of_the_whole() -> None:
@@ -68,6 +69,16 @@ def test_a_value_that_is_not_finite_shows_in_the_measures(make: Callable[..., ca
         bound.size[0] = h
         bound.evaluate()
         assert np.isfinite(bound.measures[1]) == finite
+
+
+def test_a_whole_step_without_a_number_is_not_hidden_by_the_largest_difference() -> None:
+    # Only the last stage of the whole step meets a negative y0: 1 - 1.5 (1 - 0.75 (1 - 0.75)) < 0.
+    rate = ca.Function("rate", [T, Y, Q], [ca.vertcat(-1.5 * Y[0], ca.sqrt(Y[0]))])
+    nodes, measures, whole, halves = (np.array(part) for part in rk4_step(rate, False)(0, 1, ca.DM([[1, -1.5], [0, 1]]), 0))
+    assert np.isnan(whole[1, 0])
+    assert np.isfinite(halves).all()
+    assert np.isfinite(nodes).all()
+    assert np.isnan(measures[1, 0])
 
 
 def test_a_newton_iteration_that_fails_shows_in_the_measures(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,343 @@
+"""Question: how does a measured channel lie over the computed one: peaks, half peak to peak, and orders with their phases?
+
+A measurement (``measurement``) against a ``Solution``. Angles are compared without their best straight line, as a torsiograph
+reads them; torques and everything else as they are. Amplitudes and phases follow x = sum |X_h| cos(2 pi h f t + arg X_h), with
+t on the clock of the solution, on which every base frequency stands at zero at t = 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modelgen.analysis.angles import without_line
+from modelgen.analysis.measurement import FEWEST, Measurement, read_measurement
+from modelgen.analysis.signals import best_shift, between, correlation, order_amplitudes
+from modelgen.errors import CaseError, nearest
+from modelgen.model.values import plain_number
+from modelgen.solvers.solution import Solution
+from modelgen.units import finite
+
+Array = NDArray[np.float64]
+DEFAULT_ORDERS = 12
+NEGLIGIBLE = 1e-6  # of the largest order: below it a phase means nothing
+
+
+@dataclass(frozen=True)
+class Extent:
+    """Size of a signal in its window: largest absolute value, half peak to peak, mean and root mean square about the mean."""
+
+    peak: float
+    half_pp: float
+    mean: float
+    rms: float
+
+
+@dataclass(frozen=True)
+class OrderDifference:
+    """Amplitudes at ``order`` times the base frequency [Hz]; differences are simulated less measured.
+
+    Phases [rad]; ``phase_difference`` is None where either amplitude is negligible.
+    """
+
+    order: int
+    frequency: float
+    measured: float
+    simulated: float
+    difference: float
+    measured_phase: float
+    simulated_phase: float
+    phase_difference: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class ChannelComparison:
+    """One measured column over one channel, both in ``unit``, over the common window.
+
+    ``times`` [s] are the measured samples on the clock of the solution, with ``measured`` and ``simulated`` (resampled there);
+    the extents are those of the signals on their own samples. ``treatment`` says what was taken out of both.
+    """
+
+    channel: str
+    column: str
+    unit: str
+    treatment: str
+    times: Array
+    measured: Array
+    simulated: Array
+    measured_extent: Extent
+    simulated_extent: Extent
+    rms_difference: float
+    correlation: float
+    orders: tuple[OrderDifference, ...]
+
+    @property
+    def peak_difference(self) -> float:
+        """Peak of the simulated less that of the measured signal."""
+        return self.simulated_extent.peak - self.measured_extent.peak
+
+    @property
+    def half_pp_difference(self) -> float:
+        """Half peak to peak of the simulated less that of the measured signal."""
+        return self.simulated_extent.half_pp - self.measured_extent.half_pp
+
+    def __str__(self) -> str:
+        m, s, unit = self.measured_extent, self.simulated_extent, self.unit
+        rows = [
+            f"{self.channel} over {self.column!r} ({self.treatment}), correlation {self.correlation:.4f}",
+            f"  peak         measured {m.peak:.5g}, simulated {s.peak:.5g} {unit}{_share(self.peak_difference, m.peak)}",
+            f"  half p-p     measured {m.half_pp:.5g}, simulated {s.half_pp:.5g} {unit}{_share(self.half_pp_difference, m.half_pp)}",
+        ]
+        for each in self.orders:
+            turn = "" if each.phase_difference is None else f", phase {np.degrees(each.phase_difference):+.1f} deg"
+            amplitude = f"measured {each.measured:.5g}, simulated {each.simulated:.5g} {unit}{_share(each.difference, each.measured)}"
+            rows.append(f"  order {each.order:<4} {each.frequency:8.3f} Hz: {amplitude}{turn}")
+        return "\n".join(rows)
+
+
+@dataclass(frozen=True, eq=False)
+class ComparisonResult:
+    """A measurement over a solution. ``window`` [s] on the solution's clock; ``shift`` [s] was added to the measured clock.
+
+    ``base`` names the base frequency, ``frequency`` [Hz] is its value (0 where none is known, and then there are no orders).
+    """
+
+    model: str
+    source: str
+    base: str
+    frequency: float
+    window: tuple[float, float]
+    shift: float
+    aligned: bool
+    channels: tuple[ChannelComparison, ...]
+    remarks: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        how = "best lag" if self.aligned else "clocks as given"
+        head = f"{self.source} over {self.model!r}, {self.window[0]:.6g} to {self.window[1]:.6g} s, shifted by {self.shift:.6g} s ({how})"
+        return "\n".join([head, *map(str, self.channels), *self.remarks])
+
+
+def compare(
+    solution: Solution,
+    measurement: Measurement | str | Path,
+    channels: Mapping[str, str] | None = None,
+    *,
+    base: str | float | None = None,
+    orders: Iterable[int] | None = None,
+    start: float | None = None,
+    align: bool = False,
+    longest_lag: float | None = None,
+    shaft: str | None = None,
+) -> ComparisonResult:
+    """A measurement laid over a solution.
+
+    ``channels`` pairs channels of the solution with measured columns; without it, columns are named like their channels.
+    ``base``: a base frequency by name, or in Hz; the slowest one of the model if left out. ``orders``: whole multiples of it.
+    ``start`` [s]: time of the solution at which the measured clock stands at zero. ``align``: look for the best lag, up to
+    ``longest_lag`` [s] (half a period of the base if left out) to either side; clocks that do not meet are first put together.
+    ``shaft``: whose angle a measurement over angle counts (the reference shaft if left out), at its mean speed.
+
+    Raises CaseError or UnitError for channels, units and spans that do not go together.
+    """
+    data = measurement if isinstance(measurement, Measurement) else read_measurement(measurement)
+    pairs = _pairs(solution, data, channels)
+    name, frequency = _base_frequency(solution, base)
+    times = data.abscissa if data.kind == "time" else data.abscissa / _shaft_speed(solution, shaft, data)
+    if len(solution.times) < FEWEST:
+        raise CaseError(f"solution of {solution.model_name!r}", f"has {len(solution.times)} samples", f"record {FEWEST} or more")
+    shift = 0.0 if start is None else finite(plain_number(start, "comparison, start", "s"), "comparison, start")
+    if align:
+        if longest_lag is None and not frequency:
+            raise CaseError("comparison", "has no base frequency that bounds the lag", "give longest_lag in seconds, or base in Hz")
+        reach = 0.5 / frequency if longest_lag is None else finite(plain_number(longest_lag, "comparison, longest_lag", "s"), "longest_lag")
+        shift = _aligned(solution, data, times, pairs, shift, reach, start is None)
+    window, covered = _window(solution, data, times + shift, frequency)
+    remarks = [] if solution.succeeded else [f"the run did not reach its end: {solution.message}"]
+    wanted: tuple[int, ...] = ()
+    if frequency and covered:
+        wanted = _orders(orders, frequency, solution, times, window)
+    elif orders is not None or base is not None:
+        what = "is known" if not frequency else f"fits into the common span {window[0]:.6g} to {window[1]:.6g} s"
+        raise CaseError("comparison, orders", f"no period of a base frequency {what}", "give base in Hz, or longer signals")
+    else:
+        remarks.append("no orders: no base frequency is known, or the common span is shorter than its period")
+    found = [_channel(solution, data, times + shift, window, pair, frequency, wanted) for pair in pairs]
+    return ComparisonResult(
+        solution.model_name, data.source, name, frequency, window, shift, align, tuple(found), tuple(remarks)
+    )
+
+
+def _pairs(solution: Solution, data: Measurement, channels: Mapping[str, str] | None) -> list[tuple[str, str]]:
+    if channels is None:
+        known = [*solution.channels, *solution.state_names]
+        for column in data.channels:
+            if column not in known:
+                where, remedy = f"{data.source}, column {column!r}", nearest(column, known)
+                raise CaseError(where, "is no channel of the solution", f'{remedy}; pair them with channels={{"channel": "column"}}')
+        channels = {column: column for column in data.channels}
+    if not channels:
+        raise CaseError("comparison, channels", "are none", 'pair them as {"channel": "column"}')
+    for channel, column in channels.items():
+        data.channel(column, solution.unit(channel), channel)
+    return list(channels.items())
+
+
+def _base_frequency(solution: Solution, base: str | float | None) -> tuple[str, float]:
+    """Name and value [Hz] of the base frequency; 0 where the model is unknown or has none and no value is given."""
+    where = "comparison, base"
+    if base is not None and not isinstance(base, str):
+        value = finite(plain_number(base, where, "Hz"), where)
+        if value <= 0:
+            raise CaseError(where, f"is {value:g} Hz", "give a positive frequency")
+        return f"{value:g} Hz", value
+    model = solution.case.model
+    if model is None:
+        if base is not None:
+            raise CaseError(where, f"is {base!r}, but a loaded solution does not know its model", "give the base frequency in Hz")
+        return "", 0.0
+    values = np.asarray(model.mean_model["frequencies"](model.parameters.vector(solution.case.parameters))).ravel() / (2 * np.pi)
+    known = {clock.name: float(value) for clock, value in zip(model.equations.clocks, values, strict=True) if value > 0}
+    if base is not None:
+        if base not in known:
+            raise CaseError(where, f"there is no base frequency {base!r}", nearest(base, known))
+        return base, known[base]
+    return min(known.items(), key=lambda item: item[1]) if known else ("", 0.0)
+
+
+def _shaft_speed(solution: Solution, shaft: str | None, data: Measurement) -> float:
+    """Mean speed [rad/s] of the shaft whose angle the measurement counts."""
+    model = solution.case.model
+    if model is None or model.equations.speed is None:
+        what = "is over an angle, but the solution knows no operating speed"
+        raise CaseError(data.source, what, "give the measurement over time, or the driveline a speed")
+    eq, p = model.equations, model.parameters.vector(solution.case.parameters)
+    nodes = {instance.name: next(iter(instance.nodes.values())) for instance in eq.instances if len(instance.nodes) == 1}
+    shaft = shaft or eq.reference or eq.groups[0]
+    if shaft not in nodes:
+        raise CaseError("comparison, shaft", f"there is no {shaft!r}", nearest(shaft, nodes))
+    of_groups, of_nodes = model.mean_model["ratios"](p)[1], model.mean_model["node_ratios"](p)
+    return float(np.asarray(of_groups).ravel()[eq.nodes[nodes[shaft]].group] * np.asarray(of_nodes).ravel()[nodes[shaft]])
+
+
+def _aligned(
+    solution: Solution, data: Measurement, times: Array, pairs: list[tuple[str, str]], start: float, reach: float, free: bool
+) -> float:
+    """The shift of the measured clock that lays all channels best over the computed ones."""
+    first, last = float(solution.times[0]), float(solution.times[-1])
+    if free and (times[-1] + start < first + 2 * reach or times[0] + start > last - 2 * reach):
+        start = first - times[0] + reach
+    if reach <= 0:
+        raise CaseError("comparison, longest_lag", f"is {reach:g} s", "give a positive time")
+    # Samples that the solution covers at every lag, so that all lags are judged by the same ones.
+    kept = (times + start - reach >= first) & (times + start + reach <= last)
+    if np.count_nonzero(kept) < FEWEST:
+        what = f"cover {first:.6g} to {last:.6g} s and {times[0]:.6g} to {times[-1]:.6g} s, too little for a lag of {reach:.4g} s"
+        raise CaseError("comparison", f"solution and measurement {what}", "record longer, or give a shorter longest_lag")
+    clock = times[kept]
+    signals = []
+    for channel, column in pairs:
+        treat = _treatment(solution.unit(channel))[1]
+        signals.append((treat(solution.times, solution[channel]), treat(clock, data.channels[column][kept])))
+
+    def score(shift: float) -> float:
+        return sum(correlation(measured, between(solution.times, computed, clock + shift)) for computed, measured in signals)
+
+    step = min(float(np.median(np.diff(times))), float(np.median(np.diff(solution.times))))
+    return best_shift(score, start - reach, start + reach, step)
+
+
+def _window(solution: Solution, data: Measurement, clock: Array, frequency: float) -> tuple[tuple[float, float], bool]:
+    """The common span, cut to its last whole periods where there is at least one; and whether there is."""
+    first, last = max(float(solution.times[0]), float(clock[0])), min(float(solution.times[-1]), float(clock[-1]))
+    inside = [np.count_nonzero((each >= first) & (each <= last)) for each in (solution.times, clock)]
+    if last <= first or min(inside) < FEWEST:
+        what = f"the solution covers {solution.times[0]:.6g} to {solution.times[-1]:.6g} s"
+        what += f", the measurement {clock[0]:.6g} to {clock[-1]:.6g} s: too little in common"
+        raise CaseError(data.source, what, "set start (time of the solution at the measured zero), or align=True")
+    periods = int((last - first) * frequency + 1e-9)
+    return ((last - periods / frequency, last), True) if periods else ((first, last), False)
+
+
+def _orders(
+    orders: Iterable[int] | None, frequency: float, solution: Solution, times: Array, window: tuple[float, float]
+) -> tuple[int, ...]:
+    """The orders to look at: whole, and slow enough for the samples of both."""
+    sampling = max(float(np.median(np.diff(each))) for each in (times, solution.times))
+    fewest = int((window[1] - window[0]) / sampling) // 2 - 2
+    highest = min(int(0.5 / sampling / frequency * (1 - 1e-9)), fewest)
+    if orders is None:
+        return tuple(range(1, min(DEFAULT_ORDERS, highest) + 1))
+    wanted = tuple(orders)
+    for order in wanted:
+        if isinstance(order, bool) or not isinstance(order, (int, np.integer)) or order < 1:
+            raise CaseError("comparison, orders", f"hold {order!r}", "give whole numbers from 1 up; take a slower base for half orders")
+        if order > highest:
+            seen = f"samples {sampling:.4g} s apart over the common span see up to order {highest}"
+            raise CaseError("comparison, orders", f"order {order} is {order * frequency:.6g} Hz, {seen}", "sample faster")
+    return tuple(int(order) for order in wanted)
+
+
+def _treatment(unit: str):  # type: ignore[no-untyped-def]  # a word and a function of times and values
+    if unit == "rad":
+        return "best straight line taken out", without_line
+    return "as it is", lambda times, values: values
+
+
+def _channel(
+    solution: Solution,
+    data: Measurement,
+    clock: Array,
+    window: tuple[float, float],
+    pair: tuple[str, str],
+    frequency: float,
+    orders: tuple[int, ...],
+) -> ChannelComparison:
+    channel, column = pair
+    unit = solution.unit(channel)
+    words, treat = _treatment(unit)
+    slack = 1e-9 * (window[1] - window[0])
+    kept, own = ((each >= window[0] - slack) & (each <= window[1] + slack) for each in (clock, solution.times))
+    at, when = clock[kept], solution.times[own]
+    measured, computed = treat(at, data.channels[column][kept]), treat(when, solution[channel][own])
+    resampled = treat(at, between(solution.times, solution[channel], at))
+    differences = ()
+    if orders:
+        line = unit == "rad"
+        sets = ((at, data.channels[column][kept]), (when, solution[channel][own]))
+        amplitudes = [order_amplitudes(t, x, frequency, max(orders), line) for t, x in sets]
+        differences = tuple(_order(order, frequency, *amplitudes) for order in orders)
+    return ChannelComparison(
+        channel=channel,
+        column=column,
+        unit=unit,
+        treatment=words,
+        times=at,
+        measured=measured,
+        simulated=resampled,
+        measured_extent=_extent(measured),
+        simulated_extent=_extent(computed),
+        rms_difference=float(np.sqrt(np.mean((resampled - measured) ** 2))),
+        correlation=correlation(measured, resampled),
+        orders=differences,
+    )
+
+
+def _order(order: int, frequency: float, measured: NDArray[np.complex128], simulated: NDArray[np.complex128]) -> OrderDifference:
+    m, s = measured[order - 1], simulated[order - 1]
+    clear = all(abs(x) > NEGLIGIBLE * np.abs(all_of).max() for x, all_of in ((m, measured), (s, simulated)))
+    phases = float(np.angle(m)), float(np.angle(s))
+    turn = float(np.angle(s * np.conj(m))) if clear else None
+    return OrderDifference(order, order * frequency, float(abs(m)), float(abs(s)), float(abs(s) - abs(m)), *phases, turn)
+
+
+def _extent(values: Array) -> Extent:
+    return Extent(float(np.abs(values).max()), float(np.ptp(values)) / 2, float(values.mean()), float(values.std()))
+
+
+def _share(difference: float, of: float) -> str:
+    return f" ({100 * difference / of:+.2f} %)" if of else ""

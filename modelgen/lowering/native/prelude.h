@@ -1,0 +1,125 @@
+/* Values of the generated code: one double (s_...), or WIDTH doubles side by side (v_...), with masks that select without a branch.
+ *
+ * WIDTH is 4 where one trajectory runs (its times are computed side by side), else what the processor holds in one register.
+ * Every function works on each lane by itself: what a lane gives does not depend on its neighbors. Sine and cosine: reduction by
+ * pi/2 in two parts with fused multiply-add (Cody and Waite), kernels of FDLIBM (Sun Microsystems, k_sin.c and k_cos.c), below
+ * 2 ulp; beyond 2^28, and for all other functions, the C library's, lane by lane. */
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+#if defined(__AVX512F__) || (defined(__AVX2__) && defined(__FMA__))
+#include <immintrin.h>
+#endif
+#ifdef SINGLE
+#define WIDTH 4
+#elif defined(__AVX512F__)
+#define WIDTH 8
+#elif defined(__AVX__)
+#define WIDTH 4
+#else
+#define WIDTH 2
+#endif
+
+typedef double V __attribute__((vector_size(8 * WIDTH)));
+typedef int64_t v_mask __attribute__((vector_size(8 * WIDTH)));
+typedef int s_mask;
+#define INLINE static inline __attribute__((unused, always_inline))
+
+/* -- one double -- */
+INLINE double s_all(double a) { return a; }
+INLINE double s_number(s_mask m) { return m ? 1.0 : 0.0; }
+INLINE double s_where(s_mask m, double a) { return m ? a : 0.0; }
+INLINE double s_select(s_mask m, double a, double b) { return m ? a : b; }
+INLINE s_mask s_not(s_mask m) { return !m; }
+INLINE s_mask s_and(s_mask a, s_mask b) { return a && b; }
+INLINE s_mask s_or(s_mask a, s_mask b) { return a || b; }
+INLINE double s_sign(double a) { return a < 0 ? -1.0 : a > 0 ? 1.0 : a; }
+INLINE double s_fmin(double a, double b) { return a < b || b != b ? a : b; }
+INLINE double s_fmax(double a, double b) { return a > b || b != b ? a : b; }
+#define S_ONE(name) INLINE double s_##name(double a) { return name(a); }
+#define S_TWO(name) INLINE double s_##name(double a, double b) { return name(a, b); }
+
+/* -- lanes -- */
+INLINE V v_all(double a) { return (V){0} + a; }
+INLINE V v_where(v_mask m, V a) { return (V)(m & (v_mask)a); }
+INLINE V v_select(v_mask m, V a, V b) { return (V)((m & (v_mask)a) | (~m & (v_mask)b)); }
+INLINE V v_number(v_mask m) { return v_where(m, v_all(1.0)); }
+INLINE v_mask v_not(v_mask m) { return ~m; }
+INLINE v_mask v_and(v_mask a, v_mask b) { return a & b; }
+INLINE v_mask v_or(v_mask a, v_mask b) { return a | b; }
+INLINE V v_sign(V a) { return v_select(a == a, v_select(a == 0.0, a, v_number(a > 0.0) - v_number(a < 0.0)), a); }
+INLINE V v_fmin(V a, V b) { return v_select((a < b) | (b != b), a, b); }
+INLINE V v_fmax(V a, V b) { return v_select((a > b) | (b != b), a, b); }
+INLINE V v_fabs(V a) { return (V)((v_mask)a & INT64_MAX); }
+INLINE int v_any(v_mask m) { int64_t found = 0; for (int i = 0; i < WIDTH; ++i) found |= m[i]; return found != 0; }
+#define V_ONE(name) INLINE V v_##name(V a) { V r; for (int i = 0; i < WIDTH; ++i) r[i] = name(a[i]); return r; }
+#define V_TWO(name) INLINE V v_##name(V a, V b) { V r; for (int i = 0; i < WIDTH; ++i) r[i] = name(a[i], b[i]); return r; }
+
+#if WIDTH == 8 && defined(__AVX512F__)
+INLINE V v_fma(V a, V b, V c) { return (V)_mm512_fmadd_pd((__m512d)a, (__m512d)b, (__m512d)c); }
+INLINE V v_sqrt(V a) { return (V)_mm512_sqrt_pd((__m512d)a); }
+INLINE V v_floor(V a) { return (V)_mm512_roundscale_pd((__m512d)a, 1); }
+INLINE V v_ceil(V a) { return (V)_mm512_roundscale_pd((__m512d)a, 2); }
+#elif WIDTH == 4 && defined(__AVX2__) && defined(__FMA__)
+INLINE V v_fma(V a, V b, V c) { return (V)_mm256_fmadd_pd((__m256d)a, (__m256d)b, (__m256d)c); }
+INLINE V v_sqrt(V a) { return (V)_mm256_sqrt_pd((__m256d)a); }
+INLINE V v_floor(V a) { return (V)_mm256_floor_pd((__m256d)a); }
+INLINE V v_ceil(V a) { return (V)_mm256_ceil_pd((__m256d)a); }
+#else
+INLINE V v_fma(V a, V b, V c) { V r; for (int i = 0; i < WIDTH; ++i) r[i] = fma(a[i], b[i], c[i]); return r; }
+V_ONE(sqrt) V_ONE(floor) V_ONE(ceil)
+#endif
+
+#define ONE(name) S_ONE(name) V_ONE(name)
+#define TWO(name) S_TWO(name) V_TWO(name)
+S_ONE(sqrt) S_ONE(floor) S_ONE(ceil) S_ONE(fabs) S_ONE(sin) S_ONE(cos)
+ONE(exp) ONE(log) ONE(tan) ONE(asin) ONE(acos) ONE(atan) ONE(sinh) ONE(cosh) ONE(tanh) ONE(asinh) ONE(acosh) ONE(atanh)
+ONE(erf) ONE(log1p) ONE(expm1) TWO(pow) TWO(atan2) TWO(fmod) TWO(copysign) TWO(hypot) TWO(remainder)
+
+/* Sine and cosine of angle + rest, where |rest| is of the order of the rounding of the angle. */
+INLINE void v_sine_cosine(V angle, V rest, V *sine, V *cosine) {
+  const double shift = 6755399441055744.0; /* 1.5 * 2^52: adding it rounds to a whole number, found in the lowest bits */
+  V shifted = v_fma(angle, v_all(6.36619772367581382433e-01), v_all(shift));
+  V turns = shifted - shift;
+  v_mask quadrant = (v_mask)shifted;
+  V near = v_fma(-turns, v_all(1.57079632679489655800e+00), angle);
+  V r = near + v_fma(-turns, v_all(6.12323399573676603587e-17), rest);
+  V z = r * r;
+  V s = v_fma(z, v_all(1.58969099521155010221e-10), v_all(-2.50507602534068634195e-08));
+  s = v_fma(z, s, v_all(2.75573137070700676789e-06));
+  s = v_fma(z, s, v_all(-1.98412698298579493134e-04));
+  s = v_fma(z, s, v_all(8.33333333332248946124e-03));
+  s = v_fma(z, s, v_all(-1.66666666666666324348e-01));
+  s = v_fma(z * r, s, r);
+  V c = v_fma(z, v_all(-1.13596475577881948265e-11), v_all(2.08757232129817482790e-09));
+  c = v_fma(z, c, v_all(-2.75573143513906633035e-07));
+  c = v_fma(z, c, v_all(2.48015872894767294178e-05));
+  c = v_fma(z, c, v_all(-1.38888888888741095749e-03));
+  c = v_fma(z, c, v_all(4.16666666666666019037e-02));
+  V half = 0.5 * z, most = 1.0 - half;
+  c = most + ((1.0 - most) - half + z * z * c);
+  v_mask swapped = (quadrant & 1) != 0;
+  v_mask sine_sign = (quadrant & 2) << 62, cosine_sign = ((quadrant + 1) & 2) << 62;
+  V a = (V)((v_mask)v_select(swapped, c, s) ^ sine_sign), b = (V)((v_mask)v_select(swapped, s, c) ^ cosine_sign);
+  v_mask far = ~(v_fabs(angle) < 268435456.0);
+  if (v_any(far))
+    for (int i = 0; i < WIDTH; ++i)
+      if (far[i]) {
+        double sine_of = sin(angle[i]), cosine_of = cos(angle[i]);
+        a[i] = sine_of + rest[i] * cosine_of, b[i] = cosine_of - rest[i] * sine_of;
+      }
+  *sine = a, *cosine = b;
+}
+INLINE V v_sin(V a) { V s, c; v_sine_cosine(a, v_all(0.0), &s, &c); return s; }
+INLINE V v_cos(V a) { V s, c; v_sine_cosine(a, v_all(0.0), &s, &c); return c; }
+
+/* Sine and cosine of frequency times t with every digit of the product: its rounding error is the rest. */
+INLINE void v_clock(V frequency, V t, V *sine, V *cosine) {
+  V angle = frequency * t;
+  v_sine_cosine(angle, v_fma(frequency, t, -angle), sine, cosine);
+}
+INLINE void s_clock(double frequency, double t, double *sine, double *cosine) {
+  double angle = frequency * t, rest = fma(frequency, t, -angle), s = sin(angle), c = cos(angle);
+  *sine = s + rest * c, *cosine = c - rest * s;
+}

@@ -1,0 +1,96 @@
+"""The three stages of a right-hand side: what parameters fix, what time adds, what the state needs.
+
+Part of the compiler. Each stage is a list of values to compute in order; ``parameter_values`` and ``time_values`` are what the later
+stages take over. A model without a stage has an empty list there and pays nothing for it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from modelgen.lowering.native.collection import collected, live
+from modelgen.lowering.native.graph import Graph, Level, Node
+
+
+@dataclass(frozen=True)
+class Stages:
+    """A right-hand side taken apart by dependence.
+
+    ``nodes``: all values. ``parameter``, ``time``, ``state``: values (by number) that each stage computes, in order.
+    ``parameter_values``, ``time_values``: those of them that later stages take over, in the order of the hand-over.
+    ``outputs``: value of each rate.
+
+    >>> t, x, p = ca.SX.sym("t"), ca.SX.sym("x"), ca.SX.sym("p")
+    >>> stages = Stages.of(ca.Function("f", [t, x, p], [ca.cos(p * t) - x]))
+    >>> len(stages.time_values), len(stages.state), stages.sizes
+    (1, 2, (1, 1))
+    """
+
+    nodes: tuple[Node, ...]
+    parameter: tuple[int, ...]
+    time: tuple[int, ...]
+    state: tuple[int, ...]
+    parameter_values: tuple[int, ...]
+    time_values: tuple[int, ...]
+    outputs: tuple[int, ...]
+    sizes: tuple[int, int]
+
+    @classmethod
+    def of(cls, function: ca.Function) -> Stages:
+        """The stages of an SX function (t, x, p) -> one dense column. Raises LoweringError for an operation that has no C."""
+        graph = collected(Graph.of(function))
+        order, nodes = live(graph), graph.nodes
+        level = {index: nodes[index].level for index in order}
+        after: dict[Level, set[int]] = {Level.PARAMETER: set(), Level.TIME: set()}
+        for index in order:
+            for operand in nodes[index].operands:
+                if level[operand] in after and level[operand] < level[index]:
+                    after[level[operand]].add(operand)
+        for index in graph.outputs:  # rates that need no state are handed on to the last stage all the same
+            if level[index] in after:
+                after[level[index]].add(index)
+        by_level = {each: tuple(index for index in order if level[index] is each) for each in Level}
+        # A sine or cosine of frequency times t is formed from both, with all digits: the product itself is not needed then.
+        needed = _angles_needed(nodes, by_level[Level.TIME], set(graph.outputs) | after[Level.TIME])
+        time = tuple(index for index in by_level[Level.TIME] if index in needed)
+        return cls(
+            nodes=tuple(nodes),
+            parameter=by_level[Level.PARAMETER],
+            time=time,
+            state=by_level[Level.STATE],
+            parameter_values=tuple(sorted(after[Level.PARAMETER])),
+            time_values=tuple(sorted(after[Level.TIME])),
+            outputs=tuple(graph.outputs),
+            sizes=(int(function.numel_in(1)), int(function.numel_in(2))),
+        )
+
+    def clock_frequency(self, index: int) -> int | None:
+        """The frequency, where a value is the sine or cosine of frequency times time."""
+        return clock_frequency(self.nodes, index)
+
+
+def clock_frequency(nodes: tuple[Node, ...] | list[Node], index: int) -> int | None:
+    """The value of the frequency, where a value is sin or cos (frequency times t)."""
+    node = nodes[index]
+    if node.operation not in (ca.OP_SIN, ca.OP_COS):
+        return None
+    product = nodes[node.operands[0]]
+    if product.operation == ca.OP_MUL:
+        for time, frequency in (product.operands, product.operands[::-1]):
+            if nodes[time].operation == "t" and nodes[frequency].level < Level.TIME:
+                return frequency
+    return None
+
+
+def _angles_needed(nodes: list[Node], time: tuple[int, ...], wanted: set[int]) -> set[int]:
+    needed = set(wanted)
+    for index in reversed(time):
+        if index in needed:
+            if clock_frequency(nodes, index) is None:
+                needed.update(nodes[index].operands)
+            else:
+                product = nodes[nodes[index].operands[0]]
+                needed.update(each for each in product.operands if nodes[each].operation == "t")
+    return needed

@@ -1,0 +1,97 @@
+"""Figure of the torsional angles: every inertia in every definition, physical and referred, with the limit. The paper's Fig. 6.
+
+Draws ``AnglesResult`` of ``modelgen.analysis``, in degrees.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import groupby
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from modelgen.analysis import AnglesResult
+from modelgen.analysis.angles import InertiaAngles
+from modelgen.errors import CaseError
+from modelgen.plots.dispatch import plot
+from modelgen.plots.quantities import DEGREES, words
+from modelgen.plots.style import BLUE, FAINT, INK, ORANGE, SKY, SMALL, VERMILION, name_panel, panels, sheet, styled
+
+MEASURES = (
+    ("vibration, peak", BLUE, lambda each: each.vibration.peak),
+    ("vibration, half peak-to-peak", SKY, lambda each: each.vibration.half_pp),
+    ("elastic, peak", ORANGE, lambda each: each.elastic.peak),
+    ("elastic, half peak-to-peak", "#F5D79A", lambda each: each.elastic.half_pp),
+)
+LIMIT = 0.5  # degrees, 0-peak: SY/T 5211-2009 as the paper quotes it; the standard itself was not seen
+
+
+@plot.register
+@styled
+def plot_angles(result: AnglesResult, /, *, limit: float | None = LIMIT) -> Figure:
+    """Bars per inertia: vibration and elastic angle, peak and half peak-to-peak; above physical, below referred, in degrees.
+
+    ``limit`` [degrees] is drawn as a line, None leaves it out. Raises CaseError for a result without inertias.
+    """
+    if not result.inertias:
+        raise CaseError(f"angles of {result.model!r}", "there are no inertias in it", "keep the angle channels of the run")
+    window = result.window
+    settled = "" if window.settled else " (the run is not settled by then)"
+    detail = (
+        f"Window {window.first:.4g} to {window.last:.4g} s, {window.revolutions} periods of {words(window.base)}{settled}. "
+        "Vibration angle: θ less its best straight line in time. Elastic angle: θ − r Σ(J r θ)/Σ(J r²) less its mean. "
+        "Peak: largest absolute value. Referred: physical / r, r the speed of the shaft per speed of the reference shaft."
+    )
+    figure = sheet(result.model, "torsional angles", detail, height=11.6)
+    rows = [axes for (axes,) in panels(figure, 2)]
+    for axes, referred in zip(rows, (False, True), strict=True):
+        _bars(axes, result.inertias, referred)
+        _shafts(axes, result.inertias, with_ratio=referred)
+        name_panel(axes, "referred to the reference shaft" if referred else "physical, each shaft its own")
+        axes.set_ylabel(f"{'referred' if referred else 'physical'} angle [°]")
+    if limit is not None:
+        for axes in rows:
+            axes.axhline(limit, color=VERMILION, linewidth=1.2, linestyle=(0, (5, 2)), zorder=5)
+        worst = max(result.inertias, key=lambda name: result.inertias[name].vibration.peak)
+        value = result.inertias[worst].vibration.peak * DEGREES
+        verdict = "above" if value > limit else "within"
+        rows[0].annotate(
+            f"limit {limit:g}° (0-peak, physical vibration angle); largest is {value:.3g}° at {words(worst)}: {verdict}",
+            (1, limit), xycoords=("axes fraction", "data"), xytext=(-2, 3), textcoords="offset points",
+            ha="right", va="bottom", fontsize=SMALL, color=VERMILION,
+        )  # fmt: skip
+        for axes in rows:
+            axes.set_ylim(0, max(axes.get_ylim()[1], 1.18 * limit))
+    rows[1].set_xticks(range(len(result.inertias)), [words(name) for name in result.inertias], rotation=55, ha="right", rotation_mode="anchor")
+    handles, labels = rows[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=4)
+    return figure
+
+
+def _bars(axes: Axes, inertias: Mapping[str, InertiaAngles], referred: bool) -> None:
+    places = np.arange(len(inertias))
+    width = 0.8 / len(MEASURES)
+    for index, (name, color, measure) in enumerate(MEASURES):
+        heights = [DEGREES * measure(each) / (each.referred_ratio if referred else 1.0) for each in inertias.values()]
+        left = places + (index - (len(MEASURES) - 1) / 2) * width
+        axes.bar(left, heights, width, color=color, edgecolor=INK, linewidth=0.3, label=name, zorder=3)
+    axes.set_xlim(-0.6, len(inertias) - 0.4)
+    axes.tick_params(axis="x", length=0)
+    axes.grid(axis="x", visible=False)
+
+
+def _shafts(axes: Axes, inertias: Mapping[str, InertiaAngles], with_ratio: bool) -> None:
+    """Bands behind the inertias of one speed, with the ratio r."""
+    start = 0
+    for index, (ratio, group) in enumerate(groupby(round(each.referred_ratio, 9) for each in inertias.values())):
+        end = start + len(list(group))
+        if index % 2:
+            axes.axvspan(start - 0.5, end - 0.5, color=FAINT, zorder=0, linewidth=0)
+        if with_ratio:
+            axes.annotate(
+                f"r = {ratio:.4g}", ((start + end - 1) / 2, 1), xycoords=("data", "axes fraction"), xytext=(0, -2),
+                textcoords="offset points", ha="center", va="top", fontsize=SMALL,
+            )  # fmt: skip
+        start = end

@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from modelgen.analysis.angles import without_line
+from modelgen.analysis.common_clock import aligned, base_frequency, common_window, shaft_speed, treated, treatment
 from modelgen.analysis.measurement import FEWEST, Measurement, read_measurement
-from modelgen.analysis.signals import best_shift, between, correlation, order_amplitudes
+from modelgen.analysis.signals import correlation, interpolant, order_amplitudes
 from modelgen.errors import CaseError, nearest
 from modelgen.model.values import plain_number
 from modelgen.solvers.solution import Solution
@@ -89,13 +89,15 @@ class ChannelComparison:
         m, s, unit = self.measured_extent, self.simulated_extent, self.unit
         rows = [
             f"{self.channel} over {self.column!r} ({self.treatment}), correlation {self.correlation:.4f}",
-            f"  peak         measured {m.peak:.5g}, simulated {s.peak:.5g} {unit}{_share(self.peak_difference, m.peak)}",
-            f"  half p-p     measured {m.half_pp:.5g}, simulated {s.half_pp:.5g} {unit}{_share(self.half_pp_difference, m.half_pp)}",
+            f"  peak          {_both(m.peak, s.peak, unit)}",
+            f"  half p-p      {_both(m.half_pp, s.half_pp, unit)}",
         ]
         for each in self.orders:
-            turn = "" if each.phase_difference is None else f", phase {np.degrees(each.phase_difference):+.1f} deg"
-            amplitude = f"measured {each.measured:.5g}, simulated {each.simulated:.5g} {unit}{_share(each.difference, each.measured)}"
-            rows.append(f"  order {each.order:<4} {each.frequency:8.3f} Hz: {amplitude}{turn}")
+            if each.phase_difference is None:
+                found = f"negligible in one of them: measured {each.measured:.3g}, simulated {each.simulated:.3g} {unit}"
+            else:
+                found = f"{_both(each.measured, each.simulated, unit)}, phase {np.degrees(each.phase_difference):+.1f} deg"
+            rows.append(f"  order {each.order:<4} {each.frequency:8.3f} Hz: {found}")
         return "\n".join(rows)
 
 
@@ -118,7 +120,8 @@ class ComparisonResult:
 
     def __str__(self) -> str:
         how = "best lag" if self.aligned else "clocks as given"
-        head = f"{self.source} over {self.model!r}, {self.window[0]:.6g} to {self.window[1]:.6g} s, shifted by {self.shift:.6g} s ({how})"
+        span = f"{self.window[0]:.6g} to {self.window[1]:.6g} s"
+        head = f"{self.source} over {self.model!r}, {span}, shifted by {self.shift:.6g} s ({how})"
         return "\n".join([head, *map(str, self.channels), *self.remarks])
 
 
@@ -146,27 +149,30 @@ def compare(
     """
     data = measurement if isinstance(measurement, Measurement) else read_measurement(measurement)
     pairs = _pairs(solution, data, channels)
-    name, frequency = _base_frequency(solution, base)
-    times = data.abscissa if data.kind == "time" else data.abscissa / _shaft_speed(solution, shaft, data)
+    name, frequency = base_frequency(solution, base)
+    times = data.abscissa if data.kind == "time" else data.abscissa / shaft_speed(solution, shaft, data)
     if len(solution.times) < FEWEST:
         raise CaseError(f"solution of {solution.model_name!r}", f"has {len(solution.times)} samples", f"record {FEWEST} or more")
+    remarks = [] if solution.succeeded else [f"the run did not reach its end: {solution.message}"]
     shift = 0.0 if start is None else finite(plain_number(start, "comparison, start", "s"), "comparison, start")
     if align:
         if longest_lag is None and not frequency:
-            raise CaseError("comparison", "has no base frequency that bounds the lag", "give longest_lag in seconds, or base in Hz")
-        reach = 0.5 / frequency if longest_lag is None else finite(plain_number(longest_lag, "comparison, longest_lag", "s"), "longest_lag")
-        shift = _aligned(solution, data, times, pairs, shift, reach, start is None)
-    window, covered = _window(solution, data, times + shift, frequency)
-    remarks = [] if solution.succeeded else [f"the run did not reach its end: {solution.message}"]
+            raise CaseError("comparison", "no base frequency bounds the lag", "give longest_lag in seconds, or base in Hz")
+        where = "comparison, longest_lag"
+        reach = 0.5 / frequency if longest_lag is None else finite(plain_number(longest_lag, where, "s"), where)
+        shift = aligned(solution, data, times, pairs, shift, reach, start is None)
+        remarks.append("of lags that differ by whole periods of the signals one is as good as another")
+    window, covered = common_window(solution, data, times + shift, frequency)
     wanted: tuple[int, ...] = ()
+    highest = 0
     if frequency and covered:
-        wanted = _orders(orders, frequency, solution, times, window)
+        wanted, highest = _orders(orders, frequency, solution, times, window)
     elif orders is not None or base is not None:
         what = "is known" if not frequency else f"fits into the common span {window[0]:.6g} to {window[1]:.6g} s"
         raise CaseError("comparison, orders", f"no period of a base frequency {what}", "give base in Hz, or longer signals")
     else:
         remarks.append("no orders: no base frequency is known, or the common span is shorter than its period")
-    found = [_channel(solution, data, times + shift, window, pair, frequency, wanted) for pair in pairs]
+    found = [_channel(solution, data, times + shift, window, pair, frequency, wanted, highest) for pair in pairs]
     return ComparisonResult(
         solution.model_name, data.source, name, frequency, window, shift, align, tuple(found), tuple(remarks)
     )
@@ -177,8 +183,8 @@ def _pairs(solution: Solution, data: Measurement, channels: Mapping[str, str] | 
         known = [*solution.channels, *solution.state_names]
         for column in data.channels:
             if column not in known:
-                where, remedy = f"{data.source}, column {column!r}", nearest(column, known)
-                raise CaseError(where, "is no channel of the solution", f'{remedy}; pair them with channels={{"channel": "column"}}')
+                remedy = f'{nearest(column, known)}; pair them with channels={{"channel": "column"}}'
+                raise CaseError(f"{data.source}, column {column!r}", "is no channel of the solution", remedy)
         channels = {column: column for column in data.channels}
     if not channels:
         raise CaseError("comparison, channels", "are none", 'pair them as {"channel": "column"}')
@@ -187,105 +193,24 @@ def _pairs(solution: Solution, data: Measurement, channels: Mapping[str, str] | 
     return list(channels.items())
 
 
-def _base_frequency(solution: Solution, base: str | float | None) -> tuple[str, float]:
-    """Name and value [Hz] of the base frequency; 0 where the model is unknown or has none and no value is given."""
-    where = "comparison, base"
-    if base is not None and not isinstance(base, str):
-        value = finite(plain_number(base, where, "Hz"), where)
-        if value <= 0:
-            raise CaseError(where, f"is {value:g} Hz", "give a positive frequency")
-        return f"{value:g} Hz", value
-    model = solution.case.model
-    if model is None:
-        if base is not None:
-            raise CaseError(where, f"is {base!r}, but a loaded solution does not know its model", "give the base frequency in Hz")
-        return "", 0.0
-    values = np.asarray(model.mean_model["frequencies"](model.parameters.vector(solution.case.parameters))).ravel() / (2 * np.pi)
-    known = {clock.name: float(value) for clock, value in zip(model.equations.clocks, values, strict=True) if value > 0}
-    if base is not None:
-        if base not in known:
-            raise CaseError(where, f"there is no base frequency {base!r}", nearest(base, known))
-        return base, known[base]
-    return min(known.items(), key=lambda item: item[1]) if known else ("", 0.0)
-
-
-def _shaft_speed(solution: Solution, shaft: str | None, data: Measurement) -> float:
-    """Mean speed [rad/s] of the shaft whose angle the measurement counts."""
-    model = solution.case.model
-    if model is None or model.equations.speed is None:
-        what = "is over an angle, but the solution knows no operating speed"
-        raise CaseError(data.source, what, "give the measurement over time, or the driveline a speed")
-    eq, p = model.equations, model.parameters.vector(solution.case.parameters)
-    nodes = {instance.name: next(iter(instance.nodes.values())) for instance in eq.instances if len(instance.nodes) == 1}
-    shaft = shaft or eq.reference or eq.groups[0]
-    if shaft not in nodes:
-        raise CaseError("comparison, shaft", f"there is no {shaft!r}", nearest(shaft, nodes))
-    of_groups, of_nodes = model.mean_model["ratios"](p)[1], model.mean_model["node_ratios"](p)
-    return float(np.asarray(of_groups).ravel()[eq.nodes[nodes[shaft]].group] * np.asarray(of_nodes).ravel()[nodes[shaft]])
-
-
-def _aligned(
-    solution: Solution, data: Measurement, times: Array, pairs: list[tuple[str, str]], start: float, reach: float, free: bool
-) -> float:
-    """The shift of the measured clock that lays all channels best over the computed ones."""
-    first, last = float(solution.times[0]), float(solution.times[-1])
-    if free and (times[-1] + start < first + 2 * reach or times[0] + start > last - 2 * reach):
-        start = first - times[0] + reach
-    if reach <= 0:
-        raise CaseError("comparison, longest_lag", f"is {reach:g} s", "give a positive time")
-    # Samples that the solution covers at every lag, so that all lags are judged by the same ones.
-    kept = (times + start - reach >= first) & (times + start + reach <= last)
-    if np.count_nonzero(kept) < FEWEST:
-        what = f"cover {first:.6g} to {last:.6g} s and {times[0]:.6g} to {times[-1]:.6g} s, too little for a lag of {reach:.4g} s"
-        raise CaseError("comparison", f"solution and measurement {what}", "record longer, or give a shorter longest_lag")
-    clock = times[kept]
-    signals = []
-    for channel, column in pairs:
-        treat = _treatment(solution.unit(channel))[1]
-        signals.append((treat(solution.times, solution[channel]), treat(clock, data.channels[column][kept])))
-
-    def score(shift: float) -> float:
-        return sum(correlation(measured, between(solution.times, computed, clock + shift)) for computed, measured in signals)
-
-    step = min(float(np.median(np.diff(times))), float(np.median(np.diff(solution.times))))
-    return best_shift(score, start - reach, start + reach, step)
-
-
-def _window(solution: Solution, data: Measurement, clock: Array, frequency: float) -> tuple[tuple[float, float], bool]:
-    """The common span, cut to its last whole periods where there is at least one; and whether there is."""
-    first, last = max(float(solution.times[0]), float(clock[0])), min(float(solution.times[-1]), float(clock[-1]))
-    inside = [np.count_nonzero((each >= first) & (each <= last)) for each in (solution.times, clock)]
-    if last <= first or min(inside) < FEWEST:
-        what = f"the solution covers {solution.times[0]:.6g} to {solution.times[-1]:.6g} s"
-        what += f", the measurement {clock[0]:.6g} to {clock[-1]:.6g} s: too little in common"
-        raise CaseError(data.source, what, "set start (time of the solution at the measured zero), or align=True")
-    periods = int((last - first) * frequency + 1e-9)
-    return ((last - periods / frequency, last), True) if periods else ((first, last), False)
-
-
 def _orders(
     orders: Iterable[int] | None, frequency: float, solution: Solution, times: Array, window: tuple[float, float]
-) -> tuple[int, ...]:
-    """The orders to look at: whole, and slow enough for the samples of both."""
+) -> tuple[tuple[int, ...], int]:
+    """The orders to look at, whole and slow enough for the samples of both; and up to which one they are fitted together."""
     sampling = max(float(np.median(np.diff(each))) for each in (times, solution.times))
     fewest = int((window[1] - window[0]) / sampling) // 2 - 2
     highest = min(int(0.5 / sampling / frequency * (1 - 1e-9)), fewest)
     if orders is None:
-        return tuple(range(1, min(DEFAULT_ORDERS, highest) + 1))
+        return tuple(range(1, min(DEFAULT_ORDERS, highest) + 1)), min(DEFAULT_ORDERS, highest)
     wanted = tuple(orders)
     for order in wanted:
         if isinstance(order, bool) or not isinstance(order, (int, np.integer)) or order < 1:
-            raise CaseError("comparison, orders", f"hold {order!r}", "give whole numbers from 1 up; take a slower base for half orders")
+            advice = "give whole numbers from 1 up; take a slower base for half orders"
+            raise CaseError("comparison, orders", f"hold {order!r}", advice)
         if order > highest:
             seen = f"samples {sampling:.4g} s apart over the common span see up to order {highest}"
             raise CaseError("comparison, orders", f"order {order} is {order * frequency:.6g} Hz, {seen}", "sample faster")
-    return tuple(int(order) for order in wanted)
-
-
-def _treatment(unit: str):  # type: ignore[no-untyped-def]  # a word and a function of times and values
-    if unit == "rad":
-        return "best straight line taken out", without_line
-    return "as it is", lambda times, values: values
+    return tuple(int(order) for order in wanted), min(max((DEFAULT_ORDERS, *wanted)), highest)
 
 
 def _channel(
@@ -296,26 +221,26 @@ def _channel(
     pair: tuple[str, str],
     frequency: float,
     orders: tuple[int, ...],
+    highest: int,
 ) -> ChannelComparison:
     channel, column = pair
     unit = solution.unit(channel)
-    words, treat = _treatment(unit)
     slack = 1e-9 * (window[1] - window[0])
     kept, own = ((each >= window[0] - slack) & (each <= window[1] + slack) for each in (clock, solution.times))
     at, when = clock[kept], solution.times[own]
-    measured, computed = treat(at, data.channels[column][kept]), treat(when, solution[channel][own])
-    resampled = treat(at, between(solution.times, solution[channel], at))
-    differences = ()
+    measured, computed = treated(unit, at, data.channels[column][kept]), treated(unit, when, solution[channel][own])
+    resampled = treated(unit, at, interpolant(solution.times, solution[channel])(at))
+    differences: tuple[OrderDifference, ...] = ()
     if orders:
         line = unit == "rad"
         sets = ((at, data.channels[column][kept]), (when, solution[channel][own]))
-        amplitudes = [order_amplitudes(t, x, frequency, max(orders), line) for t, x in sets]
+        amplitudes = [order_amplitudes(t, x, frequency, highest, line) for t, x in sets]
         differences = tuple(_order(order, frequency, *amplitudes) for order in orders)
     return ChannelComparison(
         channel=channel,
         column=column,
         unit=unit,
-        treatment=words,
+        treatment=treatment(unit),
         times=at,
         measured=measured,
         simulated=resampled,
@@ -339,5 +264,6 @@ def _extent(values: Array) -> Extent:
     return Extent(float(np.abs(values).max()), float(np.ptp(values)) / 2, float(values.mean()), float(values.std()))
 
 
-def _share(difference: float, of: float) -> str:
-    return f" ({100 * difference / of:+.2f} %)" if of else ""
+def _both(measured: float, simulated: float, unit: str) -> str:
+    share = f" ({100 * (simulated / measured - 1):+.2f} %)" if measured else ""
+    return f"measured {measured:.5g}, simulated {simulated:.5g} {unit}{share}"

@@ -19,7 +19,8 @@ from modelgen.analysis.natural_modes import Modes
 from modelgen.errors import CaseError
 
 Array = NDArray[np.float64]
-ITERATIONS = 200
+ITERATIONS = 100
+SOLUTIONS = 2  # between one Ritz analysis and the next
 STILL = 1e-14  # relative change of an eigenvalue in one iteration that is rounding
 
 
@@ -78,18 +79,19 @@ def _iterate(
     factors = factor_at(shift)
     known = np.full(width, np.inf)
     for iteration in range(ITERATIONS):
-        x = factors.solve((mass @ x).full())
-        x -= rigid @ (weighted.T @ x)
-        x /= np.sqrt(np.einsum("im,im->m", x, x))
+        for _ in range(SOLUTIONS):
+            x = factors.solve((mass @ x).full())
+            x -= rigid @ (weighted.T @ x)
+            x /= np.sqrt((x * x).sum(axis=0))
         inner_mass, inner_stiffness = x.T @ (mass @ x).full(), x.T @ (stiffness @ x).full()
         lower = np.linalg.cholesky((inner_mass + inner_mass.T) / 2)
         symmetric = np.linalg.solve(lower, np.linalg.solve(lower, (inner_stiffness + inner_stiffness.T) / 2).T)
         squares, vectors = np.linalg.eigh((symmetric + symmetric.T) / 2)
         x = x @ np.linalg.solve(lower.T, vectors)
         change = np.abs(squares - known)[:wanted] / np.abs(squares[:wanted])
-        if change.max() < STILL or (iteration > 20 and change.max() < 1e-11):
+        if change.max() < STILL or (iteration > 10 and change.max() < 1e-11):
             return squares, x
-        if iteration == 3 and squares[0] > 0:
+        if iteration == 1 and squares[0] > 0:
             shift = float(squares[0])  # now that the size of the lowest is known, the best of safe shifts
             factors = factor_at(shift)
         known = squares

@@ -1,6 +1,7 @@
 """Question: at which frequencies, with which damping and in which shapes does the driveline vibrate?
 
-About an operating point: M q'' + C q' + K q = 0 over group angles, with mean mesh stiffness on the loaded flank.
+About an operating point: M q'' + C q' + K q = 0 over group angles, with mean mesh stiffness on the loaded flank. All modes come
+from dense matrices (``natural_modes``), some lowest ones of a large driveline from sparse ones (``lowest_modes``).
 Sources: M. I. Friswell et al., Dynamics of Rotating Machines (2010), ch. 9; F. Tisseur, K. Meerbergen, SIAM Rev. 43 (2001) 235,
 for the state-space form.
 """
@@ -14,20 +15,34 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from modelgen.analysis.energy_shares import energy_shares
+from modelgen.analysis.linear_model import linearize
+from modelgen.analysis.lowest_modes import lowest_modes
+from modelgen.analysis.natural_modes import DampedModes, Modes, damped_modes, natural_modes
+from modelgen.errors import CaseError
 from modelgen.lowering import Compiled
-from modelgen.solvers.operating_point import OperatingPoint, operating_point
+from modelgen.solvers.equilibrium import own_start
+from modelgen.solvers.operating_point import OperatingPoint, mean_values, operating_point
 
 Array = NDArray[np.float64]
+DENSE = 150  # degrees of freedom up to which all modes cost less than a few
+SAME = 1e-9  # relative distance of natural frequencies that count as repeated
 
 
 @dataclass(frozen=True, eq=False)
 class ModalResult:
     """Modes of a driveline, rigid rotations first.
 
-    ``frequencies`` [Hz] undamped, sorted; ``shapes`` (groups, modes) in physical angles, largest entry 1; ``referred`` the same
-    divided by each group's speed ratio; ``damped_frequencies`` [Hz], ``damping_ratios`` and ``decay_rates`` [1/s] of the damped
-    vibrating pairs, sorted by frequency; ``names`` of the groups, ``ratio`` their speed per speed of the reference shaft;
-    ``rigid``: how many modes are rigid rotations.
+    ``names`` of the nodes, ``ratio`` (nodes,) their speed per speed of the reference shaft.
+    ``frequencies`` [Hz] undamped, sorted, exactly zero for the first ``rigid`` modes, negative for an unstable one; ``shapes``
+    (nodes, modes) in physical angles, largest entry 1; ``referred`` the same divided by ``ratio``; ``modal_inertia`` [kg*m^2] of
+    the shapes as given. ``repeated``: numbers (from 0) of modes that share a frequency; their shapes are one choice of many.
+    ``elements`` with ``kinetic`` and ``potential`` (elements, modes): shares of the energy, each summing to 1 (rigid modes have no
+    potential energy: zeros).
+    ``damped_frequencies`` [Hz], ``damping_ratios``, ``decay_rates`` [1/s] and complex ``damped_shapes`` (nodes, pairs) of the
+    damped modes that oscillate, sorted by frequency.
+    ``complete``: all modes are here. If not, the damped ones are those of the damping projected on the modes given, which is exact
+    for proportional damping.
     """
 
     model: str
@@ -36,61 +51,127 @@ class ModalResult:
     frequencies: Array
     shapes: Array
     referred: Array
+    modal_inertia: Array
+    rigid: int
+    repeated: tuple[tuple[int, ...], ...]
+    elements: tuple[str, ...]
+    kinetic: Array
+    potential: Array
     damped_frequencies: Array
     damping_ratios: Array
     decay_rates: Array
-    rigid: int
+    damped_shapes: NDArray[np.complex128]
+    complete: bool
+
+    def __str__(self) -> str:
+        kind = "all" if self.complete else "lowest"
+        rows = [f"modes of {self.model!r}: {kind} {len(self.frequencies)}, {self.rigid} rigid; most kinetic, most potential energy in"]
+        for mode, frequency in enumerate(self.frequencies):
+            kinetic, potential = (f"{self.elements[s[:, mode].argmax()]} {s[:, mode].max():.0%}" for s in (self.kinetic, self.potential))
+            rows.append(f"  {mode + 1:3d} {frequency:12.4f} Hz  {kinetic}, {'none' if mode < self.rigid else potential}")
+        return "\n".join(rows)
+
+    __repr__ = __str__
 
 
-def modal(model: Compiled, parameters: Mapping[str, Any] | None = None, point: OperatingPoint | None = None) -> ModalResult:
-    """Modes about the operating point for the model's parameters with some changed by name.
+def modal(
+    model: Compiled, parameters: Mapping[str, Any] | None = None, point: OperatingPoint | None = None, count: int | None = None
+) -> ModalResult:
+    """Modes about the operating point for the model's parameters with some changed by name; all, or the ``count`` lowest.
+
+    Raises CaseError for a driveline without inertias or a count below 1, and what ``operating_point`` raises.
 
     >>> from modelgen import Driveline, Inertia, Shaft, assemble, lower
     >>> line = Driveline("two_disks", elements=[
     ...     Inertia("engine", inertia=211.4), Inertia("load", inertia=8.3), Shaft("shaft", "engine", "load", stiffness=9.775e6)])
-    >>> modal(lower(assemble(line))).frequencies.round(4).tolist()  # openTorsion's two-disk test: 176.1 Hz
+    >>> result = modal(lower(assemble(line)))
+    >>> result.frequencies.round(4).tolist()  # openTorsion's two-disk test: 176.1 Hz
     [0.0, 176.0767]
+    >>> dict(zip(result.elements, result.kinetic[:, 1].round(4).tolist()))
+    {'engine': 0.0378, 'load': 0.9622, 'shaft': 0.0}
     """
-    point = point or operating_point(model, parameters)
-    factor = np.linalg.cholesky(point.mass)
-    symmetric = np.linalg.solve(factor, np.linalg.solve(factor, point.stiffness).T)
-    _, vectors = np.linalg.eigh((symmetric + symmetric.T) / 2)
-    shapes = np.linalg.solve(factor.T, vectors)
-    shapes = shapes / shapes[np.abs(shapes).argmax(axis=0), np.arange(shapes.shape[1])]
-    damped, ratios, decay = damped_pairs(point)
-    ratio = point.coordinates.ratio
+    size = len(model.equations.groups)
+    if not size:
+        raise CaseError(f"driveline {model.name!r}", "has no inertias that could vibrate", "ask a driveline of elements")
+    if count is not None and (isinstance(count, bool) or not isinstance(count, int) or count < 1):
+        raise CaseError("modal, count", f"is {count!r}", "give a whole number from 1 up, or leave it out for all modes")
+    if count is not None and point is None and size > max(DENSE, 4 * count) and _is_linear(model):
+        p = model.parameters.vector(parameters)
+        mean, angle = mean_values(model, p), np.zeros(size)
+        mass, damping, stiffness = model.mean_model["linear"](angle, np.zeros(size), own_start(model), p, mean)
+        modes = lowest_modes(mass, stiffness, _rigid(model, p), count)
+        pairs = damped_modes(modes, damping)
+    else:
+        point = point or operating_point(model, parameters)
+        p, mean, angle = point.p, point.mean, point.angle
+        every = natural_modes(point.mass, point.stiffness, point.coordinates)
+        modes = Modes(every.squares[:count], every.shapes[:, :count], min(every.free, count or size))
+        linear = linearize(model, point, complex_stiffness=False)
+        pairs = damped_modes(modes, linear.damping, linear.stiffness)
+    return _result(model, p, mean, angle, modes, pairs)
+
+
+def _result(model: Compiled, p: Array, mean: Array, angle: Array, modes: Modes, pairs: DampedModes) -> ModalResult:
+    """Modes over the groups, told over nodes and elements."""
+    nodes = model.equations.nodes
+    group = [node.group for node in nodes]
+    node_ratio = np.asarray(model.mean_model["node_ratios"](p)).ravel()
+    ratio = node_ratio * np.asarray(model.mean_model["ratios"](p)[0]).ravel()[group]
+    shapes = node_ratio[:, None] * modes.shapes[group]
+    largest = shapes[np.abs(shapes).argmax(axis=0), np.arange(shapes.shape[1])]
+    kinetic, potential = energy_shares(model, p, mean, angle, own_start(model), modes.shapes)
+    potential[:, : modes.free] = 0.0
+    held = np.any(kinetic != 0, axis=1) | np.any(potential != 0, axis=1)
     return ModalResult(
         model=model.name,
-        names=model.equations.groups,
+        names=tuple(node.name for node in nodes),
         ratio=ratio,
-        frequencies=point.frequencies(),
-        shapes=shapes,
-        referred=shapes / ratio[:, None],
-        damped_frequencies=damped,
-        damping_ratios=ratios,
-        decay_rates=decay,
-        rigid=len(point.coordinates.roots),
+        frequencies=modes.frequencies,
+        shapes=shapes / largest,
+        referred=shapes / largest / ratio[:, None],
+        modal_inertia=1 / largest**2,
+        rigid=modes.free,
+        repeated=repeated_modes(modes),
+        elements=tuple(each.name for each, has in zip(model.equations.instances, held, strict=True) if has),
+        kinetic=kinetic[held],
+        potential=potential[held],
+        damped_frequencies=pairs.frequencies,
+        damping_ratios=pairs.damping_ratios,
+        decay_rates=pairs.decay_rates,
+        damped_shapes=node_ratio[:, None] * pairs.shapes[group],
+        complete=len(modes.squares) == len(model.equations.groups),
     )
 
 
-def damped_pairs(point: OperatingPoint) -> tuple[Array, Array, Array]:
-    """Damped frequency [Hz], damping ratio and decay rate [1/s] of every vibrating mode, overdamped ones as frequency 0.
+def repeated_modes(modes: Modes) -> tuple[tuple[int, ...], ...]:
+    """Numbers of elastic modes that share a frequency."""
+    clusters: list[list[int]] = []
+    for mode in range(modes.free, len(modes.squares)):
+        before = modes.squares[mode - 1] if mode > modes.free else None
+        if before is not None and abs(modes.squares[mode] - before) <= 2 * SAME * abs(before):
+            clusters[-1].append(mode)
+        else:
+            clusters.append([mode])
+    return tuple(tuple(cluster) for cluster in clusters if len(cluster) > 1)
 
-    In the chosen coordinates without the rigid angles, so that their zero eigenvalues do not come in.
-    """
-    c = point.coordinates
-    n, vibrating = len(c.roots) + len(c.forms), [*c.forms]
-    back = c.to_states
-    damping = back @ np.linalg.solve(point.mass, point.damping @ c.to_angles)
-    stiffness = back @ np.linalg.solve(point.mass, point.stiffness @ c.to_angles)
-    # States: relative angles, then all rates; a rigid rate stays, because drag may act on it.
-    rows = len(vibrating)
-    matrix = np.zeros((rows + n, rows + n))
-    matrix[:rows, rows:] = np.eye(n)[vibrating]
-    matrix[rows:, :rows] = -stiffness[:, vibrating]
-    matrix[rows:, rows:] = -damping
-    values = np.linalg.eigvals(matrix)
-    upper = values[values.imag > 1e-9 * np.abs(values).max(initial=0.0)]
-    upper = upper[np.argsort(upper.imag)]
-    size = np.abs(upper)
-    return upper.imag / (2 * np.pi), -upper.real / np.where(size > 0, size, 1.0), -upper.real
+
+def damped_pairs(point: OperatingPoint) -> tuple[Array, Array, Array]:
+    """Damped frequency [Hz], damping ratio and decay rate [1/s] of every mode that oscillates; own states are held."""
+    modes = natural_modes(point.mass, point.stiffness, point.coordinates)
+    pairs = damped_modes(modes, point.damping, point.stiffness)
+    return pairs.frequencies, pairs.damping_ratios, pairs.decay_rates
+
+
+def _is_linear(model: Compiled) -> bool:
+    """Whether mass and stiffness are the same at every angle, so that no static angles are needed."""
+    linear = model.mean_model["linear"]
+    return all(linear.jac_sparsity(row, 0).nnz() == 0 for row in (0, 2))
+
+
+def _rigid(model: Compiled, p: Array) -> Array:
+    """Rigid rotations as columns over the groups."""
+    roots = [step.state for step in model.equations.steps if step.form is None]
+    states = np.zeros((len(model.states), max(1, len(roots))))
+    states[roots, range(len(roots))] = 1.0
+    angles = np.asarray(model.mean_model["angles"].map(states.shape[1])(states, p)[0])
+    return angles[:, : len(roots)]

@@ -10,7 +10,9 @@ Sources: F. Tisseur, K. Meerbergen, SIAM Rev. 43 (2001) 235 (state-space form); 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
+import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
@@ -85,36 +87,45 @@ class DampedModes:
         return np.asarray(-self.values.real)
 
 
-def damped_modes(damping: Array, stiffness: Array, modes: Modes) -> DampedModes:
+def damped_modes(modes: Modes, damping: Any, stiffness: Array | None = None) -> DampedModes:
     """Damped vibrating modes, those that do not oscillate left out.
 
-    In the coordinates of ``modes``, without the angles of the free ones, so that their zero eigenvalues do not come in.
-    ``damping`` and ``stiffness`` may have more rows and columns than groups: those of own states z with z' + C_zq q' + K_zq q +
-    K_zz z = 0. Only some lowest modes given: the damping is projected on them.
+    In the coordinates of ``modes``, without the angles of the free ones, so that their zero eigenvalues do not come in; where only
+    some lowest modes are given, the damping is projected on them. ``damping`` (groups, groups), an array or a sparse CasADi
+    matrix. ``stiffness``, where given, adds its skew part; both may have more rows and columns than groups: those of
+    own states z with z' + C_zq q' + K_zq q + K_zz z = 0.
     """
     shapes, free = modes.shapes, modes.free
     n, count = shapes.shape
-    elastic = shapes[:, free:]
-    skew = (stiffness[:n, :n] - stiffness[:n, :n].T) / 2
-    inner_stiffness = np.diag(modes.squares)[:, free:] + shapes.T @ skew @ elastic
-    inner_damping = shapes.T @ damping[:n, :n] @ shapes
-    # A rigid rate stays where drag acts on it.
-    drag = np.abs(shapes[:, :free]).T @ np.abs(damping[:n, :n])
+    own = damping.shape[0] - n
+    inner = shapes.T @ _times(damping[:n, :n], shapes)
+    matrix_of_angles = np.diag(modes.squares)[:, free:]
+    if stiffness is not None:
+        matrix_of_angles = matrix_of_angles + shapes.T @ (stiffness[:n, :n] - stiffness[:n, :n].T) @ shapes[:, free:] / 2
+    # A rigid rate stays where drag acts on it, and where own states might.
+    size = np.abs(shapes[:, :free]).T @ _times(abs(damping[:n, :n]), np.abs(shapes))
     kept = np.ones(count, dtype=bool)
-    kept[:free] = np.any(np.abs(shapes[:, :free].T @ damping[:n, :n]) > ZERO * drag, axis=1) | (len(damping) > n)
-    angles, rates = count - free, int(kept.sum())
-    own = len(damping) - n
-    matrix = np.zeros((angles + rates + own,) * 2)
-    matrix[:angles, angles : angles + rates] = np.eye(count)[free:, kept]
-    matrix[angles : angles + rates, :angles] = -inner_stiffness[kept]
-    matrix[angles : angles + rates, angles : angles + rates] = -inner_damping[np.ix_(kept, kept)]
-    matrix[angles : angles + rates, angles + rates :] = -shapes[:, kept].T @ stiffness[:n, n:]
-    matrix[angles + rates :, :angles] = -stiffness[n:, :n] @ elastic
-    matrix[angles + rates :, angles : angles + rates] = -damping[n:, :n] @ shapes[:, kept]
-    matrix[angles + rates :, angles + rates :] = -stiffness[n:, n:]
-    values, vectors = np.linalg.eig(matrix)
+    kept[:free] = np.any(np.abs(inner[:free]) > ZERO * size, axis=1) | (own > 0)
+    angles, rates = slice(0, count - free), slice(count - free, count - free + int(kept.sum()))
+    matrix = np.zeros((rates.stop + own,) * 2)
+    matrix[angles, rates] = np.eye(count)[free:, kept]
+    matrix[rates, angles] = -matrix_of_angles[kept]
+    matrix[rates, rates] = -inner[np.ix_(kept, kept)]
+    if own and stiffness is not None:
+        rest = slice(rates.stop, None)
+        matrix[rates, rest] = -shapes[:, kept].T @ stiffness[:n, n:]
+        matrix[rest, angles] = -stiffness[n:, :n] @ shapes[:, free:]
+        matrix[rest, rates] = -damping[n:, :n] @ shapes[:, kept]
+        matrix[rest, rest] = -stiffness[n:, n:]
+    values, vectors = np.linalg.eig(matrix) if len(matrix) else (np.zeros(0, dtype=complex), matrix)
     upper = np.flatnonzero(values.imag > 1e-9 * np.abs(values))
     upper = upper[np.argsort(values[upper].imag, kind="stable")]
-    found = shapes[:, kept] @ vectors[angles : angles + rates, upper] / values[upper]
+    found = shapes[:, kept] @ vectors[rates, upper] / values[upper]
     largest = np.abs(found).argmax(axis=0)
     return DampedModes(values[upper].astype(complex), (found / found[largest, np.arange(len(upper))]).astype(complex))
+
+
+def _times(matrix: Any, columns: Array) -> Array:
+    """Product of an array, or of a sparse CasADi matrix, with columns."""
+    product = matrix @ columns
+    return np.asarray(product.full() if isinstance(product, ca.DM) else product)

@@ -16,22 +16,24 @@ GOLDEN = (np.sqrt(5.0) - 1) / 2
 MOST_CANDIDATES = 4000
 
 
-def between(times: Array, values: Array, at: Array) -> Array:
-    """Values at the times ``at``, by cubic Hermite interpolation with central slopes; the ends hold beyond the ends.
+def interpolant(times: Array, values: Array) -> Callable[[Array], Array]:
+    """The signal as a function of time: cubic Hermite interpolation with central slopes; the ends hold beyond the ends.
 
     >>> t = np.linspace(0, 1, 101)
-    >>> round(float(between(t, np.sin(6 * t), np.array([0.333]))[0] - np.sin(6 * 0.333)), 6)
+    >>> round(float(interpolant(t, np.sin(6 * t))(np.array([0.333]))[0] - np.sin(6 * 0.333)), 6)
     0.0
     """
     slopes = np.gradient(values, times)
-    left = np.clip(np.searchsorted(times, at, side="right") - 1, 0, len(times) - 2)
-    step = times[left + 1] - times[left]
-    s = np.clip((at - times[left]) / step, 0.0, 1.0)
-    start, end = (1 + 2 * s) * (1 - s) ** 2, s**2 * (3 - 2 * s)
-    rise, fall = s * (1 - s) ** 2, s**2 * (s - 1)
-    return np.asarray(
-        start * values[left] + end * values[left + 1] + step * (rise * slopes[left] + fall * slopes[left + 1])
-    )
+
+    def at(when: Array) -> Array:
+        left = np.clip(np.searchsorted(times, when, side="right") - 1, 0, len(times) - 2)
+        step = times[left + 1] - times[left]
+        s = np.clip((when - times[left]) / step, 0.0, 1.0)
+        rest = 1 - s
+        ends = values[left] * (1 + 2 * s) * rest**2 + values[left + 1] * (3 - 2 * s) * s**2
+        return np.asarray(ends + step * s * rest * (slopes[left] * rest - slopes[left + 1] * s))
+
+    return at
 
 
 def order_amplitudes(times: Array, values: Array, frequency: float, count: int, line: bool) -> NDArray[np.complex128]:

@@ -18,7 +18,7 @@ class Ending(click.ClickException):
 
     def __init__(self, message: object, exit_code: int) -> None:
         super().__init__(" ".join(str(message).split()))
-        self.exit_code = exit_code
+        self.exit_code = exit_code  # type: ignore[misc]  # click declares it on the class
 
     def show(self, file: IO[Any] | None = None) -> None:
         click.echo(f"modelgen: {self.message}", file=file, err=file is None)

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from modelgen.errors import CaseError
 
-WRITTEN = ("report.md", "equations.md", "equations.tex", "model.toml", "responses.csv", "summary.json", "figures")
+WRITTEN = ("report.md", "equations.md", "equations.tex", "model.toml", "responses.csv", "summary.json", "paper.md", "figures")
 """What a run writes; a folder that holds anything else is nobody's to replace."""
 
 
@@ -39,7 +39,8 @@ def output_folder(out: Path, replace: bool) -> Iterator[Path]:
         refuse_unless_free(target, replace, where)
         _take_name(temporary, target)
     except OSError as error:
-        raise CaseError(where, f"cannot be written: {error.strerror or error}", "check the path, its permissions and the free space") from None
+        remedy = "check the path, its permissions and the free space"
+        raise CaseError(where, f"cannot be written: {error.strerror or error}", remedy) from None
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
         for folder in made:

@@ -15,7 +15,7 @@ import numpy as np
 from modelgen import __version__
 from modelgen.cli import limit
 from modelgen.cli.figures import Figure
-from modelgen.cli.response import SAMPLES_PER_PERIOD, Response, base_frequencies
+from modelgen.cli.response import GIVEN, LOWEST_MODE, SAMPLES_PER_PERIOD, Response, base_frequencies
 from modelgen.cli.summary import summary
 from modelgen.model import Element, Shared
 
@@ -24,18 +24,7 @@ Row = dict[str, Any]
 
 def report_text(response: Response, figures: Sequence[Figure], command: str = "") -> str:
     """The text of ``report.md``; ``command`` is the line that a reader can run again."""
-    import jinja2  # only the report needs it
-
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("modelgen.cli", "templates"),
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-        autoescape=False,  # noqa: S701 - Markdown; what comes from a model file passes through ``cell``
-    )
-    environment.filters.update(digits=digits, cell=cell)
-    return environment.get_template("report.md.jinja").render(
+    return environment().get_template("report.md.jinja").render(
         version=__version__,
         command=command,
         summary=summary(response),
@@ -45,6 +34,8 @@ def report_text(response: Response, figures: Sequence[Figure], command: str = ""
         digest=response.solution.case.digest()[:16],
         request=response.request,
         window=response.window,
+        given=GIVEN,
+        lowest_mode=LOWEST_MODE,
         solution=response.solution,
         rate=response.rate,
         thinned=response.thinned,
@@ -65,14 +56,30 @@ def report_text(response: Response, figures: Sequence[Figure], command: str = ""
     )
 
 
+def environment() -> Any:
+    """Jinja's environment for the templates, with the filters ``digits`` and ``cell``."""
+    import jinja2  # only texts need it
+
+    made = jinja2.Environment(
+        loader=jinja2.PackageLoader("modelgen.cli", "templates"),
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=False,  # it is Markdown; what comes from a model file passes through ``cell``
+    )
+    made.filters.update(digits=digits, cell=cell)
+    return made
+
+
 def digits(value: float | None, count: int = 4) -> str:
-    """A number to so many significant digits; a dash for one that does not exist.
+    """A number to so many significant digits; an em dash for one that does not exist.
 
     >>> digits(0.58962), digits(158859.006), digits(0.0), digits(None), digits(1.2e-7, 2)
-    ('0.5896', '158900', '0', '–', '1.2e-07')
+    ('0.5896', '158900', '0', '—', '1.2e-07')
     """
     if value is None or not math.isfinite(value):
-        return "–"
+        return "—"
     if value == 0:
         return "0"
     places = count - 1 - math.floor(math.log10(abs(value)))
@@ -127,7 +134,8 @@ def _angles(response: Response) -> list[Row]:
     """Angles [deg] of each inertia, physical and referred."""
     rows = []
     for name, each in response.angles.inertias.items():
-        physical = [math.degrees(v) for v in (each.vibration.peak, each.vibration.half_pp, each.elastic.peak, each.elastic.half_pp)]
+        sizes = (each.vibration.peak, each.vibration.half_pp, each.elastic.peak, each.elastic.half_pp)
+        physical = [math.degrees(size) for size in sizes]
         referred = [value / each.referred_ratio if each.referred_ratio else None for value in physical]
         rows.append({"name": name, "ratio": each.referred_ratio, "physical": physical, "referred": referred})
     return rows
@@ -147,10 +155,10 @@ def _twists(response: Response) -> list[Row]:
 
 def _data(response: Response) -> list[Row]:
     """Each element's data as given, with the note on where they come from."""
-    rows: list[Row] = [
-        {"name": name, "kind": "parameter", "given": _named(named), "note": named.note} for name, named in response.line.parameters.items()
-    ]
-    return rows + [{"name": each.name, "kind": each.kind, "given": _given(each), "note": each.note} for each in response.line.elements]
+    line = response.line
+    rows = [(name, "parameter", _named(named), named.note) for name, named in line.parameters.items()]
+    rows += [(each.name, each.kind, _given(each), each.note) for each in line.elements]
+    return [dict(zip(("name", "kind", "given", "note"), row, strict=True)) for row in rows]
 
 
 def _named(named: Any) -> str:

@@ -5,7 +5,6 @@ Part of ``cli``; every step is a question to a package above, asked in the order
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from math import ceil
 from typing import Any
@@ -25,6 +24,7 @@ from modelgen.solvers.crosscheck import CrosscheckResult, crosscheck
 SAMPLES_PER_PERIOD = 40  # of the highest natural frequency, or of the fastest base frequency if that is higher
 FEWEST_SAMPLES = 2001
 MOST_NUMBERS = 25_000_000  # 200 MB of channels and states
+GIVEN, LOWEST_MODE = "the given window", "the lowest mode"  # what a window counts where it counts no base frequency
 FREE_PERIODS = 20  # of the lowest mode, for a driveline without base frequencies
 CROSSCHECK_HORIZON = 1.0  # s
 CROSSCHECK_SAMPLES = 20_001
@@ -106,13 +106,14 @@ def choose_window(model: Compiled, point: OperatingPoint, modes: ModalResult, gi
     """
     if given is not None:
         if not 0 <= given[0] < given[1]:
-            raise CaseError("--window", f"goes from {given[0]:g} to {given[1]:g} s", "give two times that follow each other, from 0 s up")
-        return Window(*given, revolutions=1, base="given", period=given[1] - given[0], settled=False)
+            times = f"goes from {given[0]:g} to {given[1]:g} s"
+            raise CaseError("--window", times, "give two times that follow each other, from 0 s up")
+        return Window(*given, revolutions=1, base=GIVEN, period=given[1] - given[0], settled=False)
     if any(frequency > 0 for frequency in _base_frequencies(model, point)):
         return settled_window(model, point)
     vibrating = modes.frequencies[modes.rigid :]
     period = 1 / float(vibrating[0]) if len(vibrating) and vibrating[0] > 0 else 1 / FREE_PERIODS
-    return Window(0.0, FREE_PERIODS * period, FREE_PERIODS, "lowest mode", period, settled=False)
+    return Window(0.0, FREE_PERIODS * period, FREE_PERIODS, LOWEST_MODE, period, settled=False)
 
 
 def _base_frequencies(model: Compiled, point: OperatingPoint) -> list[float]:
@@ -129,9 +130,8 @@ def base_frequencies(response: Response) -> dict[str, float]:
 def wanted_channels(model: Compiled) -> tuple[str, ...]:
     """Channels to keep: those that angles, figures and tables read, and the torque of whatever is twisted."""
     twisted = {name.removesuffix(".twist") for name in model.outputs if name.endswith(".twist")}
-    return tuple(
-        name for name in model.outputs if name.endswith(CHANNELS) or (name.endswith(".torque") and name.removesuffix(".torque") in twisted)
-    )
+    torques = {f"{name}.torque" for name in twisted}
+    return tuple(name for name in model.outputs if name.endswith(CHANNELS) or name in torques)
 
 
 def _cross_check(case: Case, window: Window, request: Request, progress: Progress) -> tuple[CrosscheckResult | None, str]:
@@ -139,7 +139,7 @@ def _cross_check(case: Case, window: Window, request: Request, progress: Progres
     others = [name for name in request.crosscheck if name != request.solver]
     if not others:
         return None, ""
-    plan: Mapping[str, tuple[float, ...]] = {request.solver: (request.tolerance,), **{name: (CROSSCHECK_TOLERANCES[name],) for name in others}}
+    plan = {request.solver: (request.tolerance,), **{name: (CROSSCHECK_TOLERANCES[name],) for name in others}}
     end = min(window.last, max(CROSSCHECK_HORIZON, window.period))
     done, last = 0, 0.0
 

@@ -29,6 +29,7 @@ Ends with 0 when done, 1 if the run failed, 2 if it was refused, 130 after Ctrl-
 """
 SET = 'A parameter (zeta=0.02), or a value or switch of an element or kind (coupling.stiffness="4e5 N*m/rad"). Repeatable.'
 WINDOW = 'When the response is measured, such as "0 s" "0.5 s".  [default: 8 periods of the slowest base frequency, once settled]'
+START = "At rest under the mean torques, or with nothing twisted."
 TOLERANCE = "Largest error of a step, relative to the scale of each state."
 
 
@@ -41,7 +42,7 @@ TOLERANCE = "Largest error of a step, relative to the scale of each state."
 @click.option("--damping", metavar="FORM", help="Damping of every shaft: per_shaft, modal, value or loss_factor.")
 @click.option("--mesh-damping", metavar="FORM", help="Damping of every gear pair: corrected, literal or value.")
 @click.option("--mesh-reading", type=click.Choice(["fixed", "scaled"]), help="Mesh damping ratio: of its own, or 0.1 zeta/0.035.")
-@click.option("--start", type=click.Choice(["static", "zero"]), default="static", show_default=True, help="At rest, or untwisted.")
+@click.option("--start", type=click.Choice(["static", "zero"]), default="static", show_default=True, help=START)
 @click.option("--solver", default="rk4", show_default=True, help="rk4, cvodes, idas, collocation, erk or rosenbrock.")
 @click.option("--tolerance", type=float, default=1e-6, show_default=True, help=TOLERANCE)
 @click.option("--window", nargs=2, metavar="FIRST LAST", help=WINDOW)
@@ -115,7 +116,8 @@ def _say(response: Response, out: Path, wall: float) -> None:
     rows = []
     if found is not None:
         side = f"{'within' if found.ok else 'above'} {found.limit:g} deg"
-        rows.append(("largest vibration angle", f"{digits(found.worst.value)} deg at {found.worst.element} (0-peak, physical; {side})"))
+        worst = found.worst
+        rows.append(("largest vibration angle", f"{digits(worst.value)} deg at {worst.element} (0-peak, physical; {side})"))
     if len(frequencies):
         rows.append(("lowest natural frequency", f"{digits(float(frequencies[0]), 6)} Hz"))
     meshes = response.angles.meshes

@@ -33,7 +33,8 @@ def settle(
         if value is not None:
             chosen = [element.name for element in line.elements if element.kind == kind]
             if not chosen:
-                raise CaseError(f"driveline {line.name!r}", f"has no {kind}, whose damping could be {value!r}", "leave the option out")
+                problem = f"has no {kind}, whose damping could be {value!r}"
+                raise CaseError(f"driveline {line.name!r}", problem, "leave the option out")
             for name in chosen:
                 of_elements.setdefault(name, {}).setdefault("damping", value)  # what --set names is the more particular
     elements = tuple(_changed(each, of_elements[each.name]) if each.name in of_elements else each for each in line.elements)
@@ -77,7 +78,8 @@ def _read(line: Driveline, assignments: Iterable[str]) -> tuple[dict[str, str], 
     for text in assignments:
         name, equals, value = (part.strip() for part in text.partition("="))
         if not (name and equals and value):
-            raise CaseError(f"--set {text!r}", "is no assignment", 'write NAME=VALUE, such as --set zeta=0.02 or --set coupling.stiffness="4e5 N*m/rad"')
+            example = '--set zeta=0.02 or --set coupling.stiffness="4e5 N*m/rad"'
+            raise CaseError(f"--set {text!r}", "is no assignment", f"write NAME=VALUE, such as {example}")
         owner, dot, key = name.partition(".")
         if not dot:
             _known_parameter(line, name)
@@ -88,19 +90,25 @@ def _read(line: Driveline, assignments: Iterable[str]) -> tuple[dict[str, str], 
             known = [*line.names, *dict.fromkeys(element.kind for element in line.elements)]
             raise NamingError(f"--set {name}", f"there is no element or kind {owner!r}", nearest(owner, known))
         for element in chosen:
-            own = (element.declared(Param), element.declared(Choice), element.declared(Clock), element.declared(Orders), element.declared(Flange))
-            known = [each for group in own for each in group]
+            known = _settable(element)
             if key not in known:
                 raise NamingError(f"--set {name}", f"{element.where} has no parameter {key!r}", nearest(key, known))
             of_elements.setdefault(element.name, {})[key] = value
     return of_line, of_elements
 
 
+def _settable(element: Element) -> list[str]:
+    """Names of everything that an element can be given."""
+    declared = (element.declared(Param), element.declared(Choice), element.declared(Clock), element.declared(Orders))
+    return [name for group in (*declared, element.declared(Flange)) for name in group]
+
+
 def _known_parameter(line: Driveline, name: str) -> None:
     if name == "speed" or name in line.parameters:
         return
     own = [f"{element.name}.{key}" for element in line.elements for key in element.values]
-    raise NamingError(f"--set {name}", f"driveline {line.name!r} has no parameter {name!r}", nearest(name, ["speed", *line.parameters, *own]))
+    hint = nearest(name, ["speed", *line.parameters, *own])
+    raise NamingError(f"--set {name}", f"driveline {line.name!r} has no parameter {name!r}", hint)
 
 
 def _value(line: Driveline, name: str, text: str) -> Any:

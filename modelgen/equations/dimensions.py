@@ -14,7 +14,7 @@ from sympy.core.relational import Relational
 from sympy.logic.boolalg import Boolean
 
 from modelgen.errors import UnitError
-from modelgen.model import PeriodicTable
+from modelgen.model.tables import PeriodicSteps, PeriodicTable
 from modelgen.units import NUMBER, Dimension, dimension_of
 
 _ANY = None  # the dimension of zero: it agrees with everything
@@ -42,7 +42,7 @@ class DimensionCheck:
         if isinstance(e, sympy.Symbol):
             return self.symbols[e]
         if isinstance(e, (sympy.Number, sympy.NumberSymbol)):
-            return _ANY if e == 0 else NUMBER
+            return _ANY if e.is_zero else NUMBER
         if isinstance(e, sympy.Mul):
             result = NUMBER
             for factor in e.args:
@@ -74,7 +74,7 @@ class DimensionCheck:
         if isinstance(e, (sympy.sign, sympy.Heaviside)):
             self.of(e.args[0], what)
             return NUMBER
-        if isinstance(e, PeriodicTable):
+        if isinstance(e, (PeriodicTable, PeriodicSteps)):
             self._number(e.args[0], what)
             return self._alike(e.args[1:], what, "tabulates")
         if isinstance(e, (sympy.atan2, sympy.Mod)):

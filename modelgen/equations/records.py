@@ -251,11 +251,14 @@ class Equations:
         rigid = sum(not state.is_rate and state.kind == "rigid" for state in self.states)
         vibrating = sum(not state.is_rate and state.kind == "vibrating" for state in self.states)
         own = sum(state.kind == "own" for state in self.states)
+        numbers = sum(len(each.symbols) for each in self.parameters)
+        laws = f"{len(self.instances)} elements of {len(self.templates)} laws"
+        angles = f"{rigid} rigid and {vibrating} vibrating angles, their rates" + (f", {own} own" if own else "")
         rows = [
             f"equations of {self.name!r}: {len(self.groups)} degrees of freedom",
-            f"  {len(self.states)} states: {rigid} rigid and {vibrating} vibrating angles, their rates" + (f", {own} own" if own else ""),
-            f"  {sum(len(each.symbols) for each in self.parameters)} parameters in {len(self.parameters)} names, {len(self.derived)} derived",
-            f"  {len(self.instances)} elements of {len(self.templates)} laws, {len(self.clocks)} base frequencies, {len(self.outputs)} outputs",
+            f"  {len(self.states)} states: {angles}",
+            f"  {numbers} parameters in {len(self.parameters)} names, {len(self.derived)} derived",
+            f"  {laws}, {len(self.clocks)} base frequencies, {len(self.outputs)} outputs",
         ]
         return "\n".join(rows)
 

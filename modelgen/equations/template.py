@@ -115,7 +115,7 @@ class _Builder:
             return value
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise ModelError(self.where, f"{what} is {value!r}", "return a SymPy expression")
-        return sympy.Integer(value) if isinstance(value, int) else sympy.Float(value)
+        return sympy.Integer(value) if isinstance(value, int) or value == 0 else sympy.Float(value)
 
     def _known(self) -> set[sympy.Symbol]:
         if not hasattr(self, "_names"):

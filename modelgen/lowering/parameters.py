@@ -98,7 +98,8 @@ class ParameterTable:
         if base not in self.parameters:
             hint = nearest(base, self.parameters)
             if base in self.derived:
-                raise NamingError(f"parameter {base!r}", "is derived from others", f"set {', '.join(map(str, self.derived[base].arguments))}")
+                sources = [source for source in self.derived[base].arguments.values() if isinstance(source, str)]
+                raise NamingError(f"parameter {base!r}", "is derived from others", f"set {' or '.join(sources)}")
             raise NamingError(f"parameter {name!r}", "is not known", hint)
         parameter, where = self.parameters[base], self.slices[base]
         if row:
@@ -128,7 +129,7 @@ class ParameterTable:
             (parameter.integer, np.any(numbers != np.floor(numbers)), "give a whole number"),
         ):
             if limit and wrong:
-                raise ModelError(where, f"is {value!r:.60}{unit}", advice)
+                raise ModelError(where, f"is {value!r:.60}{unit.replace(' in', '')}", advice)
         return numbers
 
     def value(self, p: np.ndarray, name: str) -> float:

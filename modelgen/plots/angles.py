@@ -16,8 +16,8 @@ from modelgen.analysis import AnglesResult
 from modelgen.analysis.angles import InertiaAngles
 from modelgen.errors import CaseError
 from modelgen.plots.dispatch import plot
-from modelgen.plots.quantities import DEGREES, words
-from modelgen.plots.style import BLUE, FAINT, INK, ORANGE, SKY, SMALL, VERMILION, name_panel, panels, sheet, styled
+from modelgen.plots.quantities import DEGREES, MINUS, words
+from modelgen.plots.style import BLUE, FAINT, INK, ORANGE, SKY, SMALL, VERMILION, mark_value, name_panel, panels, sheet, styled
 
 MEASURES = (
     ("vibration, peak", BLUE, lambda each: each.vibration.peak),
@@ -41,33 +41,33 @@ def plot_angles(result: AnglesResult, /, *, limit: float | None = LIMIT) -> Figu
     settled = "" if window.settled else " (the run is not settled by then)"
     detail = (
         f"Window {window.first:.4g} to {window.last:.4g} s, {window.revolutions} periods of {words(window.base)}{settled}. "
-        "Vibration angle: θ less its best straight line in time. Elastic angle: θ − r Σ(J r θ)/Σ(J r²) less its mean. "
+        f"Vibration angle: θ less its best straight line in time. Elastic angle: θ {MINUS} rΣ(Jrθ)/Σ(Jr²) less its mean. "
         "Peak: largest absolute value. Referred: physical / r, r the speed of the shaft per speed of the reference shaft."
     )
     figure = sheet(result.model, "torsional angles", detail, height=11.6)
     rows = [axes for (axes,) in panels(figure, 2)]
+    verdict = "" if limit is None else _verdict(result, limit)
     for axes, referred in zip(rows, (False, True), strict=True):
         _bars(axes, result.inertias, referred)
         _shafts(axes, result.inertias, with_ratio=referred)
-        name_panel(axes, "referred to the reference shaft" if referred else "physical, each shaft its own")
-        axes.set_ylabel(f"{'referred' if referred else 'physical'} angle [°]")
-    if limit is not None:
-        for axes in rows:
+        if limit is not None:
             axes.axhline(limit, color=VERMILION, linewidth=1.2, linestyle=(0, (5, 2)), zorder=5)
-        worst = max(result.inertias, key=lambda name: result.inertias[name].vibration.peak)
-        value = result.inertias[worst].vibration.peak * DEGREES
-        verdict = "above" if value > limit else "within"
-        rows[0].annotate(
-            f"limit {limit:g}° (0-peak, physical vibration angle); largest is {value:.3g}° at {words(worst)}: {verdict}",
-            (1, limit), xycoords=("axes fraction", "data"), xytext=(-2, 3), textcoords="offset points",
-            ha="right", va="bottom", fontsize=SMALL, color=VERMILION,
-        )  # fmt: skip
-        for axes in rows:
-            axes.set_ylim(0, max(axes.get_ylim()[1], 1.18 * limit))
-    rows[1].set_xticks(range(len(result.inertias)), [words(name) for name in result.inertias], rotation=55, ha="right", rotation_mode="anchor")
+            mark_value(axes, limit, f"{limit:g}°")
+        axes.set_ylabel(f"{'referred' if referred else 'physical'} angle [°]")
+    name_panel(rows[0], "physical, each shaft its own", verdict)
+    name_panel(rows[1], "referred to the reference shaft", " ")
+    names = [words(name) for name in result.inertias]
+    rows[1].set_xticks(range(len(names)), names, rotation=55, ha="right", rotation_mode="anchor")
     handles, labels = rows[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=4)
     return figure
+
+
+def _verdict(result: AnglesResult, limit: float) -> str:
+    worst = max(result.inertias, key=lambda name: result.inertias[name].vibration.peak)
+    value = result.inertias[worst].vibration.peak * DEGREES
+    side = "above" if value > limit else "within"
+    return f"vibration peak at most {value:.3g}° ({words(worst)}), {side} the limit of {limit:g}° (0-peak), the dashed line"
 
 
 def _bars(axes: Axes, inertias: Mapping[str, InertiaAngles], referred: bool) -> None:
@@ -91,7 +91,7 @@ def _shafts(axes: Axes, inertias: Mapping[str, InertiaAngles], with_ratio: bool)
             axes.axvspan(start - 0.5, end - 0.5, color=FAINT, zorder=0, linewidth=0)
         if with_ratio:
             axes.annotate(
-                f"r = {ratio:.4g}", ((start + end - 1) / 2, 1), xycoords=("data", "axes fraction"), xytext=(0, -2),
-                textcoords="offset points", ha="center", va="top", fontsize=SMALL,
+                f"r = {ratio:.4g}", ((start + end - 1) / 2, 1), xycoords=("data", "axes fraction"), xytext=(0, 2),
+                textcoords="offset points", ha="center", va="bottom", fontsize=SMALL,
             )  # fmt: skip
         start = end

@@ -23,4 +23,5 @@ def plot(result: Any, /, **options: Any) -> Figure:
     modelgen.errors.CaseError: plot: there is no figure of a str; give ...
     """
     known = sorted(kind.__name__ for kind in plot.registry if kind is not object)
-    raise CaseError("plot", f"there is no figure of a {type(result).__name__}", f"give {', '.join(known)}; draw() takes a Driveline")
+    remedy = f"give {', '.join(known)}; draw() takes a Driveline"
+    raise CaseError("plot", f"there is no figure of a {type(result).__name__}", remedy)

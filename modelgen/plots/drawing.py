@@ -13,7 +13,8 @@ from modelgen.model import Driveline
 from modelgen.plots import glyphs
 from modelgen.plots.layout import layout
 from modelgen.plots.parts import Parts, parts
-from modelgen.plots.scene import BORDER, scene
+from modelgen.plots.scene import scene
+from modelgen.plots.signs import BORDER
 from modelgen.plots.style import WIDTH, page, sheet, styled
 
 
@@ -36,21 +37,21 @@ def draw(driveline: Driveline | Equations) -> Figure:
     axes = page(figure)
     middle = (left + right) / 2
     axes.set(xlim=(middle - width / 2, middle + width / 2), ylim=(bottom - BORDER, top + BORDER))
-    for points in made.distant:
-        glyphs.distant_gear(axes, *points)
+    for ends in made.distant.values():
+        glyphs.distant_gear(axes, *ends)
     for points in made.shafts:
         glyphs.shaft(axes, *points)
-    for wheel in made.wheels:
-        glyphs.wheel(axes, *wheel)
+    for wheel in (wheel for pair in made.wheels.values() for wheel in pair):
+        glyphs.wheel(axes, wheel.x, wheel.y, wheel.radius)
     for node, (x, y) in made.at.items():
         if made.disks[node]:
             glyphs.disk(axes, x, y, made.half_height[node], made.disks[node])
         else:
             glyphs.bare_node(axes, x, y)
-    for arrow in made.arrows:
-        glyphs.torque(axes, *arrow)
-    for anchor in made.anchors:
-        glyphs.anchor(axes, *anchor)
+    for x, y, arrow in made.arrows:
+        glyphs.torque(axes, x, y, arrow.drives)
+    for x, y, anchor, _ in made.anchors:
+        glyphs.anchor(axes, x, y, anchor.springs)
     for block, box in made.room.labels:
         block.draw(axes, box)
     return figure

@@ -5,6 +5,8 @@ Part of ``drawing``. Where a sign takes room, a function of its place gives the 
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import FancyArrowPatch, Rectangle
@@ -14,11 +16,13 @@ from modelgen.plots.style import BLUE, GRAY, INK, VERMILION
 
 DISK, WHEEL, TOOTH = 0.30, 0.20, 0.13  # widths of a disk and a wheel, height of a tooth
 ARROW = (0.30, 0.25)  # half width and rise of the arrow of a torque
+ARROW_STEP = 0.37  # between one arrow and the next on the same node, for its name
 GROUND = 0.62  # from a node down to ground
 STEEL, BRASS, BRONZE = "#D5E0EA", "#F4E6D0", "#7A5310"  # disks, wheels, what is written about wheels
 
 
 def disk_box(x: float, y: float, half_height: float) -> Box:
+    """What a disk takes."""
     return x - DISK / 2, y - half_height, x + DISK / 2, y + half_height
 
 
@@ -48,6 +52,7 @@ def distant_gear(axes: Axes, *points: tuple[float, float]) -> None:
 
 
 def wheel_box(x: float, y: float, radius: float) -> Box:
+    """What a wheel takes."""
     return x - WHEEL / 2, y - radius, x + WHEEL / 2, y + radius
 
 
@@ -66,6 +71,7 @@ def torque_color(drives: bool) -> str:
 
 
 def torque_box(x: float, y: float) -> Box:
+    """What the arrow of a torque takes."""
     return x - ARROW[0] - 0.06, y - 0.05, x + ARROW[0] + 0.06, y + ARROW[1]
 
 
@@ -80,12 +86,14 @@ def torque(axes: Axes, x: float, y: float, drives: bool) -> None:
 
 
 def anchor_box(x: float, y: float) -> Box:
+    """What a spring or damper to ground takes."""
     return x - 0.22, y - GROUND - 0.12, x + 0.22, y
 
 
 def anchor(axes: Axes, x: float, y: float, springs: bool) -> None:
     """A spring or a damper down to ground, from a point."""
-    half, low, thin = 0.11, y - GROUND, {"color": INK, "linewidth": 0.8, "zorder": 3}
+    half, low = 0.11, y - GROUND
+    thin: dict[str, Any] = {"color": INK, "linewidth": 0.8, "zorder": 3}
     if springs:
         turns = np.linspace(y - 0.08, low + 0.08, 9)
         axes.plot([x, *(x + half * np.array([0, 1, -1, 1, -1, 1, -1, 1, 0])), x], [y, *turns, low], **thin)

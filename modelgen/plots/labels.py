@@ -79,11 +79,11 @@ class Block:
         return sum(LINE * line.size * POINT for line in self.lines)
 
     def draw(self, axes: Axes, box: Box) -> None:
-        y = box[3]
+        x, y = (box[0] + box[2]) / 2, box[3]
         for line in self.lines:
-            height = LINE * line.size * POINT
-            axes.text((box[0] + box[2]) / 2, y - height / 2, line.text, fontsize=line.size, color=line.color, ha="center", va="center")
-            y -= height
+            y -= LINE * line.size * POINT / 2
+            axes.text(x, y, line.text, fontsize=line.size, color=line.color, ha="center", va="center")
+            y -= LINE * line.size * POINT / 2
 
 
 def overlap(one: Box, other: Box) -> float:

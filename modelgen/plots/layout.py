@@ -49,7 +49,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Layout:
-    """``place``: column and level of each node, from (0, 0) at the top left; ``rows`` in the order in which they hang together."""
+    """``place``: column and level of each node, from (0, 0) at the top left; ``rows`` in the order of hanging together."""
 
     rows: tuple[Row, ...]
     joints: tuple[Joint, ...]
@@ -170,7 +170,7 @@ def _runs_forward(path: list[int], forward: set[tuple[int, int]]) -> bool:
     """Whether more elements drive along the path than against it; for a draw, whether it starts at the earlier node."""
     along = sum((a, b) in forward for a, b in pairwise(path))
     against = sum((b, a) in forward for a, b in pairwise(path))
-    return along > against or along == against and path[0] <= path[-1]
+    return along > against or (along == against and path[0] <= path[-1])
 
 
 def _places(rows: Sequence[Row]) -> dict[int, Place]:
@@ -191,8 +191,8 @@ def _places(rows: Sequence[Row]) -> dict[int, Place]:
             late.add(row)
             waiting.append(row)
             continue
-        lowest = max(spans, default=-1) + 1
-        _, level, columns, between = min(options, default=(0.0, lowest, list(range(len(row.nodes))), []), key=lambda option: option[:2])
+        at_the_bottom: Option = (0.0, max(spans, default=-1) + 1, list(range(len(row.nodes))), [])
+        _, level, columns, between = min(options, default=at_the_bottom, key=lambda option: option[:2])
         place.update({node: (column, level) for node, column in zip(row.nodes, columns, strict=True)})
         at = [place[row.hangs_from][0]] if row.hangs_from is not None and options else []
         corner = at if row.kind == "shaft" else []
@@ -205,7 +205,8 @@ def _places(rows: Sequence[Row]) -> dict[int, Place]:
 
 def _options(row: Row, place: Mapping[int, Place], spans: Spans, stems: Mapping[int, list[int]], widest: int) -> list[Option]:
     """Where a row can stand: next to the row it hangs from, onward or back, rather than farther off, above, or wider."""
-    assert row.hangs_from is not None and row.joined_at is not None
+    assert row.hangs_from is not None
+    assert row.joined_at is not None
     column, level = place[row.hangs_from]
     at = row.nodes.index(row.joined_at)
     reach = max(spans) - min(spans) + 1

@@ -1,7 +1,7 @@
 """What the figures of gear meshes draw: stiffness, damping and backlash of every gear pair, as the model has them.
 
-From a compiled driveline at its operating point to ``gear_meshes``. The curves of the model come from its own output channels; the
-exact stiffness and the fitting errors from the tooth geometry (``modelgen.gears``), for pairs whose stiffness follows from it.
+From a compiled driveline at its operating point to ``gear_meshes``. The model's curves come from its own output channels, the
+exact stiffness and the fitting errors from the tooth geometry (``modelgen.gears``) where the stiffness follows from it.
 """
 
 from __future__ import annotations
@@ -146,9 +146,9 @@ class _Pair:
         if any(self.value(key) is None for key in GEOMETRY):
             return None
         module, width, pressure_angle, young, poisson, shear = (self.number(key) for key in GEOMETRY)
-        one, two = (
-            Gear(int(self.number(f"teeth_{end}")), module, self.number(f"profile_shift_{end}"), pressure_angle) for end in ("a", "b")
-        )
+        shifts = [self.number(f"profile_shift_{end}") for end in ("a", "b")]
+        teeth = [int(self.number(f"teeth_{end}")) for end in ("a", "b")]
+        one, two = (Gear(count, module, shift, pressure_angle) for count, shift in zip(teeth, shifts, strict=True))
         return GearMesh(one, two, width, young, poisson, shear)
 
     def _forms(self, stiffness: Array, radius_a: float, radius_b: float) -> dict[str, Array]:
@@ -159,8 +159,8 @@ class _Pair:
         nodes = [self.instance.nodes[flange] for flange in ("a", "b")]
         ratios = np.asarray(model.mean_model["node_ratios"](point.p)).ravel()
         groups = [model.equations.nodes[node].group for node in nodes]
-        inertias = [point.mass[group, group] / ratios[node] ** 2 for node, group in zip(nodes, groups, strict=True)]
-        return {form: mesh_damping(stiffness, *inertias, radius_a, radius_b, ratio, form) for form in FORMS}
+        j_a, j_b = (point.mass[group, group] / ratios[node] ** 2 for node, group in zip(nodes, groups, strict=True))
+        return {form: mesh_damping(stiffness, j_a, j_b, radius_a, radius_b, ratio, form) for form in FORMS}
 
 
 def _beside_jumps(phase: Array) -> Array:

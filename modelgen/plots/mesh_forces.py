@@ -6,6 +6,7 @@ Draws a ``Solution``. White: driving flank; gray: the teeth are apart; red: the 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,9 +16,8 @@ from numpy.typing import NDArray
 
 from modelgen.analysis import Window
 from modelgen.errors import CaseError, nearest
-from modelgen.plots.dispatch import plot
-from modelgen.plots.quantities import display, words
-from modelgen.plots.style import BLUE, GRAY, INK, name_panel, panels, sheet, styled
+from modelgen.plots.quantities import MINUS, display, number, words
+from modelgen.plots.style import BLUE, GRAY, INK, mark_value, name_panel, panels, sheet, styled
 from modelgen.plots.time_axis import part_of, set_time
 from modelgen.solvers import Solution
 
@@ -43,8 +43,9 @@ def mesh_forces(
     part = part_of(solution, window, last, "mesh forces")
     chosen = list(names or pairs)
     detail = (
-        "Force along the line of action, positive on the driving flank; deflection δ = r₁θ₁ − r₂θ₂ − e, contact beyond ±b. "
-        f"{solution.case.solver}, tolerance {solution.case.tolerance:g}."
+        f"Force along the line of action, positive on the driving flank; deflection δ = r₁θ₁ {MINUS} r₂θ₂ {MINUS} e, contact "
+        "beyond ±b. "
+        f"{solution.case.solver}, tolerance {number(solution.case.tolerance)}."
     )
     figure = sheet(solution.model_name, "mesh forces and contact", detail, height=0.8 + 6.4 * len(chosen))
     rows = [axes for (axes,) in panels(figure, 2 * len(chosen))]
@@ -65,23 +66,24 @@ def _pair(force_axes: Axes, deflection_axes: Axes, part: Solution, name: str) ->
     for axes in (force_axes, deflection_axes):
         for color, inside in ((FREE, depth == 0), (BACK, depth < 0)):
             # Half a sample to both sides, so that a contact that lasts one sample is seen.
-            axes.fill_between(part.times, 0, 1, where=_widened(inside), step="mid", color=color, linewidth=0, transform=axes.get_xaxis_transform(), zorder=0)
+            over_all: dict[str, Any] = {"transform": axes.get_xaxis_transform(), "linewidth": 0, "zorder": 0}
+            axes.fill_between(part.times, 0, 1, where=_widened(inside), step="mid", color=color, **over_all)
     shares = [100 * float(np.mean(side)) for side in (depth > 0, depth == 0, depth < 0)]
     shown = display("N", float(np.abs(force).max()))
     force_axes.plot(part.times, shown(force), color=BLUE, linewidth=0.8)
     force_axes.axhline(0.0, color=GRAY, linewidth=0.5)
     force_axes.set_ylabel(f"mesh force\n$F$ [{shown.unit}]")
     note = f"driving flank {shares[0]:.3g} %, free {shares[1]:.3g} %, back flank {shares[2]:.3g} % of the time"
-    name_panel(force_axes, words(name), f"{float(shown(force.min())):.4g} to {float(shown(force.max())):.4g} {shown.unit}; {note}")
+    least, largest = (number(float(shown(value))) for value in (force.min(), force.max()))
+    name_panel(force_axes, words(name), f"{least} to {largest} {shown.unit}; {note}")
     shown = display("m", float(np.abs(delta).max()))
     deflection_axes.plot(part.times, shown(delta), color=INK, linewidth=0.8)
     gap = np.abs(delta - depth)[depth != 0]
     if len(gap):
-        for side in (-1, 1):
+        # The far flank is shown where the teeth come near it.
+        for side in (1, -1) if delta.min() < 0 else (1,):
             deflection_axes.axhline(side * float(shown(gap[0])), color=GRAY, linewidth=0.8, linestyle="--")
-        deflection_axes.annotate(
-            "+b", (1, float(shown(gap[0]))), xycoords=("axes fraction", "data"), xytext=(-2, 1), textcoords="offset points", ha="right", fontsize=7
-        )
+            mark_value(deflection_axes, side * float(shown(gap[0])), "+b" if side > 0 else f"{MINUS}b", INK)
     deflection_axes.set_ylabel(f"deflection\n$\\delta$ [{shown.unit}]")
 
 

@@ -14,34 +14,35 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 DEGREES = math.degrees(1.0)
-_PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+MINUS = "\N{MINUS SIGN}"
+_PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "\N{MICRO SIGN}"), (1e-9, "n"))
 _PREFIXED = ("N", "W", "J", "Pa", "m", "Hz")
 
 DEFINITIONS = {
-    "angle": r"angle $\theta$",
-    "angle_deviation": r"angle less uniform rotation $\theta-\Omega t$",
-    "elastic_angle": r"elastic angle $\theta-r\,\Sigma(Jr\theta)/\Sigma(Jr^2)$",
-    "speed": r"speed $\dot\theta$",
-    "acceleration": r"acceleration $\ddot\theta$",
-    "twist": r"twist $\theta_a-\theta_b$",
-    "twist_rate": r"twist rate $\dot\theta_a-\dot\theta_b$",
-    "viscous_coefficient": r"damping $c$",
-    "torque": r"torque $T$",
-    "mesh_stiffness": r"mesh stiffness $k_m$",
-    "mesh_damping": r"mesh damping $c_m$",
-    "error": r"mesh error $e$",
-    "error_rate": r"error rate $\dot e$",
-    "approach": r"approach $r_a\theta_a-r_b\theta_b$",
-    "deflection": r"deflection $\delta$",
-    "deflection_rate": r"deflection rate $\dot\delta$",
-    "penetration": r"penetration $f(\delta)$",
-    "force": r"mesh force $F$",
-    "stored_energy": "stored energy",
-    "kinetic_energy": "kinetic energy",
-    "dissipated_power": "dissipated power",
-    "supplied_power": "supplied power",
+    "angle": (r"\theta", "angle, rotation included"),
+    "angle_deviation": (r"\theta-\Omega t", "angle less uniform rotation"),
+    "elastic_angle": (r"\theta-r\,\Sigma(Jr\theta)/\Sigma(Jr^2)", "elastic angle"),
+    "speed": (r"\dot\theta", "speed"),
+    "acceleration": (r"\ddot\theta", "angular acceleration"),
+    "twist": (r"\theta_a-\theta_b", "twist"),
+    "twist_rate": (r"\dot\theta_a-\dot\theta_b", "rate of twist"),
+    "viscous_coefficient": ("c", "damping coefficient"),
+    "torque": ("T", "torque"),
+    "mesh_stiffness": ("k_m", "mesh stiffness along the line of action"),
+    "mesh_damping": ("c_m", "mesh damping along the line of action"),
+    "error": ("e", "mesh error"),
+    "error_rate": (r"\dot e", "rate of the mesh error"),
+    "approach": (r"r_a\theta_a-r_b\theta_b", "approach along the line of action, without error"),
+    "deflection": (r"\delta", "mesh deflection"),
+    "deflection_rate": (r"\dot\delta", "rate of the mesh deflection"),
+    "penetration": (r"f(\delta)", "penetration of the flanks"),
+    "force": ("F", "mesh force along the line of action"),
+    "stored_energy": ("E", "stored energy"),
+    "kinetic_energy": ("E", "kinetic energy"),
+    "dissipated_power": ("P", "dissipated power"),
+    "supplied_power": ("P", "supplied power"),
 }
-"""Last part of a channel's name, and what the quantity is."""
+"""Last part of a channel's name: the symbol of the quantity, and what it is."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ def written(unit: str) -> str:
     >>> written("kg*m^2/s")
     'kg·m²/s'
     """
-    return "–" if unit == "1" else unit.replace("*", "·").replace("^2", "²").replace("^3", "³")
+    return "-" if unit == "1" else unit.replace("*", "·").replace("^2", "²").replace("^3", "³")
 
 
 def display(unit: str, largest: float) -> Display:
@@ -92,12 +93,22 @@ def quantity_text(value: float, unit: str, digits: int = 3) -> str:
 def definition(channel: str) -> str:
     """What the quantity of a channel is; its own name where no definition is known."""
     last = channel.rpartition(".")[2]
-    return DEFINITIONS.get(last, last.replace("_", " "))
+    return DEFINITIONS[last][1] if last in DEFINITIONS else words(last)
 
 
-def label(channel: str, unit: str) -> str:
-    """Text of an axis that shows a channel."""
-    return f"{definition(channel)} [{unit}]"
+def axis_label(channel: str, unit: str) -> str:
+    """Text of an axis that shows a channel: its symbol and unit."""
+    last = channel.rpartition(".")[2]
+    return f"${DEFINITIONS[last][0]}$ [{unit}]" if last in DEFINITIONS else f"{words(last)} [{unit}]"
+
+
+def number(value: float, digits: int = 4) -> str:
+    """A number as it is printed.
+
+    >>> number(1e6), number(152.23), number(-2.5) == f"{MINUS}2.5"
+    ('1e6', '152.2', True)
+    """
+    return f"{value:.{digits}g}".replace("e-0", "e-").replace("e+0", "e").replace("-", MINUS)
 
 
 def words(name: str) -> str:

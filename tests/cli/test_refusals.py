@@ -69,7 +69,9 @@ def test_damping_of_what_is_not_there(invoke: Invoke, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("command", [("run", "--out", "out"), ("show",)])
-def test_a_model_that_is_not_there(invoke: Invoke, tmp_path: Path, command: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_model_that_is_not_there(
+    invoke: Invoke, tmp_path: Path, command: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     name, *rest = command
     assert "nearest is 'fracturing-truck'" in refused(invoke(name, "fracturing-trick", *rest), 2)
@@ -110,14 +112,17 @@ def test_a_file_that_is_no_text(invoke: Invoke, tmp_path: Path) -> None:
 
 
 def test_line_breaks_stay_out_of_the_line(invoke: Invoke, small: Path, tmp_path: Path) -> None:
-    assert "no parameter 'a b'" in refused(invoke("run", small, "--out", tmp_path / "out", "--set", "a\nb=1"), 2).replace(r"\n", " ")
+    line = refused(invoke("run", small, "--out", tmp_path / "out", "--set", "a\nb=1"), 2)
+    assert line.startswith("--set a b: ")
 
 
 def test_an_unknown_kind(invoke: Invoke) -> None:
     assert "nearest is 'gear_pair'" in refused(invoke("elements", "gearpair"), 2)
 
 
-@pytest.mark.parametrize("arguments", [("run",), ("run", "small"), ("sow",), ("run", "x", "--out", "y", "--start", "hot"), ("--nonsense",)])
+@pytest.mark.parametrize(
+    "arguments", [("run",), ("run", "small"), ("sow",), ("run", "x", "--out", "y", "--start", "hot"), ("--nonsense",)]
+)
 def test_a_wrong_usage(invoke: Invoke, arguments: tuple[str, ...]) -> None:
     result = invoke(*arguments)
     assert result.exit_code == 2

@@ -201,7 +201,7 @@ def test_the_latex_fragment_is_balanced(everything: Any) -> None:
     assert not re.search(r"(?<!\\)_(?![{\w])", text)
 
 
-# -- what stands in them ----------------------------------------------------------------------------------------------------------
+# -- what stands in them ------------------------------------------------------------------------------------------------------
 
 
 def block_with(text: str, start: str) -> str:

@@ -122,7 +122,7 @@ def stage_functions(stages: Stages, time_prefix: str, state_prefix: str) -> str:
         elif level is Level.STATE:
             text.append("#undef C\n#define C(i) c[i]\n#define W(i) w[(i) * TIME_STRIDE]")
         unused = [each.split()[-1].lstrip("*") for each in arguments.split(",")]
-        text += [f"static __attribute__((noinline)) void {name}({arguments}) {{", f"  {' '.join(f'(void){each};' for each in unused)}"]
+        text += [f"static __attribute__((noinline, unused)) void {name}({arguments}) {{", f"  {' '.join(f'(void){each};' for each in unused)}"]
         text += printer.lines(values)
         text += [f"  {target}[{slot}] = {printer.number(value)};" for slot, value in enumerate(results)]
         text.append("}")

@@ -96,7 +96,7 @@ class Graph:
         if code in COMMUTATIVE:
             operands = tuple(sorted(operands))
         key = (code, *operands)
-        return self._add(key, Node(code, operands, 0, max(levels)))
+        return self._add(key, Node(code, operands, 0, max(Level.PARAMETER, *levels)))
 
     def _regrouped(self, one: int, other: int) -> int | None:
         """p (q a) as (p q) a where p and q come from an earlier stage than a."""

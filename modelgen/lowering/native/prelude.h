@@ -41,7 +41,7 @@ INLINE double s_fmax(double a, double b) { return a > b || b != b ? a : b; }
 #define S_TWO(name) INLINE double s_##name(double a, double b) { return name(a, b); }
 
 /* -- lanes -- */
-INLINE V v_all(double a) { return (V){0} + a; }
+INLINE V v_all(double a) { return a - (V){0}; } /* keeps the sign of zero */
 INLINE V v_where(v_mask m, V a) { return (V)(m & (v_mask)a); }
 INLINE V v_select(v_mask m, V a, V b) { return (V)((m & (v_mask)a) | (~m & (v_mask)b)); }
 INLINE V v_number(v_mask m) { return v_where(m, v_all(1.0)); }
@@ -78,7 +78,7 @@ ONE(exp) ONE(log) ONE(tan) ONE(asin) ONE(acos) ONE(atan) ONE(sinh) ONE(cosh) ONE
 ONE(erf) ONE(log1p) ONE(expm1) TWO(pow) TWO(atan2) TWO(fmod) TWO(copysign) TWO(hypot) TWO(remainder)
 
 /* Sine and cosine of angle + rest, where |rest| is of the order of the rounding of the angle. */
-INLINE void v_sine_cosine(V angle, V rest, V *sine, V *cosine) {
+static __attribute__((unused)) void v_sine_cosine(V angle, V rest, V *sine, V *cosine) {
   const double shift = 6755399441055744.0; /* 1.5 * 2^52: adding it rounds to a whole number, found in the lowest bits */
   V shifted = v_fma(angle, v_all(6.36619772367581382433e-01), v_all(shift));
   V turns = shifted - shift;

@@ -5,6 +5,8 @@ All four draw ``GearMeshes`` (``mesh_curves``); ``plot`` shows the stiffness.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -12,10 +14,10 @@ from matplotlib.figure import Figure
 from modelgen.errors import CaseError
 from modelgen.plots.dispatch import plot
 from modelgen.plots.mesh_curves import GearMeshes, MeshCurves
-from modelgen.plots.quantities import display, words
+from modelgen.plots.quantities import MINUS, display, words
 from modelgen.plots.style import BLUE, FAINT, GRAY, INK, SERIES, SMALL, VERMILION, name_panel, panels, sheet, styled
 
-PERIODS = "phase in mesh periods [–], 0 where a tooth pair enters contact"
+PERIODS = "phase in mesh periods [-], 0 where a tooth pair enters contact"
 
 
 def _teeth(pair: MeshCurves) -> str:
@@ -30,7 +32,8 @@ def fitting_errors(meshes: GearMeshes) -> Figure:
     """
     drawn = [pair for pair in meshes.pairs if pair.errors is not None]
     if not drawn:
-        raise CaseError(f"gear meshes of {meshes.model!r}", "no pair has tooth geometry to fit a series to", 'set mesh="geometry"')
+        where = f"gear meshes of {meshes.model!r}"
+        raise CaseError(where, "no pair has tooth geometry to fit a series to", 'set mesh="geometry"')
     detail = (
         "Stiffness from tooth geometry less its least-squares series of order n, over one mesh period, in percent of the mean "
         "stiffness. The rms falls with every order; the largest error stays at half the jump (Gibbs)."
@@ -41,13 +44,14 @@ def fitting_errors(meshes: GearMeshes) -> Figure:
         assert pair.errors is not None
         color, order = SERIES[index % len(SERIES)], pair.errors.order
         # The rms errors of ordinary teeth nearly coincide: later lines are finer, so that the first stay visible.
-        fine = {"color": color, "linewidth": max(0.8, 2.0 - 1.1 * index), "markersize": max(2.0, 4.5 - 2.0 * index)}
+        width, size = max(0.8, 2.0 - 1.1 * index), max(2.0, 4.5 - 2.0 * index)
+        fine: dict[str, Any] = {"color": color, "linewidth": width, "markersize": size}
         axes.plot(order, 100 * pair.errors.maximum, linestyle="--", marker="s", label=f"{_teeth(pair)}: maximum", **fine)
         axes.plot(order, 100 * pair.errors.rms, marker="o", label=f"{_teeth(pair)}: rms", **fine)
         if pair.order is not None and pair.order < len(order):
             for values in (pair.errors.rms, pair.errors.maximum):
                 axes.plot(pair.order, 100 * values[pair.order], marker="o", markersize=8, color=color, fillstyle="none")
-    axes.set(xlabel="order n of the series [–]  (ring: order in the model)", ylabel="error / mean stiffness [%]", ylim=(0, None))
+    axes.set(xlabel="order n of the series [-]  (ring: order in the model)", ylabel="error / mean stiffness [%]", ylim=(0, None))
     axes.set_xlim(-0.5, max(len(pair.errors.order) for pair in drawn if pair.errors is not None) - 0.5)
     figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
@@ -82,8 +86,8 @@ plot.register(GearMeshes)(mesh_stiffness)
 def mesh_damping(meshes: GearMeshes) -> Figure:
     """Mesh damping over two mesh periods: corrected, and as printed in the paper; the form that the model uses is marked."""
     detail = (
-        r"Corrected: 2 ξ √(k mₑ) with mₑ = J₁J₂/(J₁r₂² + J₂r₁²), a force per velocity. Literal: Eq. 10 as printed, with the inertias at "
-        "the other radii and in the unit of a torque per speed; its number alone can be compared."
+        "Corrected: 2 ξ √(kₘ mₑ) with mₑ = J₁J₂/(J₁r₂² + J₂r₁²), a force per velocity. Literal: Eq. 10 as printed, with the "
+        "inertias at the other radii and in the unit of a torque per speed; its number alone can be compared."
     )
     figure = sheet(meshes.model, "mesh damping", detail, height=0.8 + 4.8 * len(meshes.pairs))
     columns = 2 if any(pair.forms for pair in meshes.pairs) else 1
@@ -104,7 +108,7 @@ def mesh_damping(meshes: GearMeshes) -> Figure:
         for axes in row[len(drawn) :]:
             axes.set_axis_off()
     for axes in rows[-1]:
-        axes.set_xlabel("phase in mesh periods [–]")
+        axes.set_xlabel("phase in mesh periods [-]")
     return figure
 
 
@@ -112,8 +116,8 @@ def mesh_damping(meshes: GearMeshes) -> Figure:
 def backlash(meshes: GearMeshes) -> Figure:
     """Backlash function f(delta) of every pair, with the static state under the mean torques."""
     detail = (
-        "f is the penetration of the flanks: δ − b on the driving flank, 0 within the gap, δ + b on the back flank; "
-        "δ = r₁θ₁ − r₂θ₂ − e. Dot: equilibrium under the mean torques."
+        f"f is the penetration of the flanks: δ {MINUS} b on the driving flank, 0 within the gap, δ + b on the back flank; "
+        f"δ = r₁θ₁ {MINUS} r₂θ₂ {MINUS} e. Dot: equilibrium under the mean torques."
     )
     columns = min(2, len(meshes.pairs))
     count = -(-len(meshes.pairs) // columns)
@@ -136,9 +140,11 @@ def _backlash_panel(axes: Axes, pair: MeshCurves) -> None:
     penetration = np.sign(pair.deflection) * max(abs(pair.deflection) - gap, 0.0)
     axes.plot(shown(pair.deflection), shown(penetration), marker="o", markersize=5, color=VERMILION, zorder=5)
     top = float(shown(reach - gap))
-    texts = [(-(reach + gap) / 2, "back\nflank"), (0.0, f"free\n±b = ±{float(shown(gap)):.3g} {shown.unit}"), ((reach + gap) / 2, "driving\nflank")]
-    for middle, text in texts:
-        axes.text(float(shown(middle)), 0.92 * top if middle <= 0 else -0.92 * top, text, ha="center", va="top" if middle <= 0 else "bottom", fontsize=SMALL, color=INK)
+    within = f"free\n±b = ±{float(shown(gap)):.3g} {shown.unit}" if gap else ""
+    flank = float(shown((reach + gap) / 2))
+    for middle, height, text in ((-flank, 0.92, "back\nflank"), (0.0, 0.92, within), (flank, -0.92, "driving\nflank")):
+        side = "top" if height > 0 else "bottom"
+        axes.text(middle, height * top, text, ha="center", va=side, fontsize=SMALL, color=INK)
     name_panel(axes, _teeth(pair))
     axes.set(xlabel=rf"mesh deflection $\delta$ [{shown.unit}]", ylabel=rf"penetration $f(\delta)$ [{shown.unit}]")
     axes.set(xlim=shown(np.array([-reach, reach])), ylim=(-1.05 * top, 1.05 * top))

@@ -14,6 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
+import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
@@ -36,13 +37,15 @@ class Excitation:
 
     ``orders`` per turn of the reference shaft, exact, rising; ``bases`` and ``harmonics``: which base frequencies each comes from,
     and as which multiple; ``amplitudes`` (rows, orders) of the torques on the groups, the rates of own states and the channels
-    asked for; ``varying`` (quantities, orders) of what varies with time itself.
+    asked for; ``by_flange`` (flanges, orders) [N*m]: which element puts which torque on the node of each flange;
+    ``varying`` (quantities, orders) of what varies with time itself.
     """
 
     orders: tuple[Fraction, ...]
     bases: tuple[tuple[str, ...], ...]
     harmonics: tuple[tuple[int, ...], ...]
     amplitudes: Complex
+    by_flange: Complex
     varying: Complex
 
 
@@ -63,16 +66,30 @@ def excitation(model: Compiled, point: OperatingPoint, channels: tuple[str, ...]
         for harmonic, column in _series(model, point, rows, clock, entries, most).items():
             found.setdefault(multiple * harmonic, []).append((name, harmonic, column))
     orders = sorted(found)
-    height = len(point.angle) + len(own_start(model)) + len(channels)
-    columns = [sum((column for *_, column in found[order]), np.zeros(height + len(point.mean), dtype=complex)) for order in orders]
-    table = np.array(columns, dtype=complex).reshape(len(orders), height + len(point.mean)).T
+    heights = [len(point.angle) + len(own_start(model)) + len(channels), _flange_count(model), len(point.mean)]
+    table = np.zeros((sum(heights), len(orders)), dtype=complex)
+    for k, order in enumerate(orders):
+        table[:, k] = sum(column for *_, column in found[order])
+    amplitudes, by_flange, varying = np.split(table, np.cumsum(heights[:-1]))
     return Excitation(
         orders=tuple(orders),
         bases=tuple(tuple(name for name, *_ in found[order]) for order in orders),
         harmonics=tuple(tuple(harmonic for _, harmonic, _ in found[order]) for order in orders),
-        amplitudes=table[:height],
-        varying=table[height:],
+        amplitudes=amplitudes,
+        by_flange=by_flange,
+        varying=varying,
     )
+
+
+def _flange_count(model: Compiled) -> int:
+    return int(model.mean_model["elements"].size1_out(0))
+
+
+@functools.lru_cache(maxsize=16)
+def _shaken(model: Compiled, rows: tuple[int, ...]) -> ca.Function:
+    """(angle, speed, own, p, w) -> what is ``seen``, then the torque of every element on every flange."""
+    given = seen(model, rows).sx_in()
+    return ca.Function("shaken", given, [ca.vertcat(seen(model, rows)(*given), ca.densify(model.mean_model["elements"](*given)[0]))])
 
 
 def base_multiples(model: Compiled, point: OperatingPoint) -> list[Fraction]:
@@ -148,7 +165,7 @@ def _series(
 def _sampled(
     model: Compiled, point: OperatingPoint, rows: tuple[int, ...], clock: int, entries: tuple[int, ...], turns: Array
 ) -> Array:
-    """Torques, rates, channels and quantities while one base frequency runs through ``turns`` and all else stands at its mean."""
+    """Torques, rates, channels, flange torques and quantities while one base frequency runs through ``turns`` and all else stands at its mean."""
     count, n = len(turns), len(point.angle)
     angles = np.zeros((len(model.equations.clocks), count))
     angles[clock] = 2 * np.pi * turns
@@ -156,7 +173,7 @@ def _sampled(
     timed = np.asarray(mapped(model.mean_model["timed"], count)(angles, np.zeros((1, count)), point.p))
     varying[list(entries)] = timed[list(entries)]
     held = [np.repeat(each[:, None], count, axis=1) for each in (point.angle, np.zeros(n), own_start(model))]
-    return np.vstack([np.asarray(mapped(seen(model, rows), count)(*held, point.p, varying)), varying])
+    return np.vstack([np.asarray(mapped(_shaken(model, rows), count)(*held, point.p, varying)), varying])
 
 
 def parametric(model: Compiled, point: OperatingPoint, samples: int = 32) -> dict[str, float]:

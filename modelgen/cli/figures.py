@@ -69,7 +69,8 @@ def _drawings(response: Response) -> Iterator[Drawing]:
     if verdict is not None:
         caption = "Vibration and elastic angle of every inertia, 0-peak and half p-p, physical and referred."
         yield Drawing("angles", "angles", "angles", caption, partial(plots.plot, found, limit=verdict.limit))
-        shown = [name for name in dict.fromkeys([line.reference or "", verdict.worst.element, list(inertias)[-1]]) if name in inertias]
+        wanted = dict.fromkeys([line.reference or "", verdict.worst.element, list(inertias)[-1]])
+        shown = [name for name in wanted if name in inertias]
         caption = "Vibration angle at the reference shaft, where it is largest, and at the last inertia, physical."
         chosen = partial(plots.responses, solution, window, shown, last=None if whole else 2, limit=verdict.limit)
         yield Drawing("responses", "angles", "responses", caption, chosen)

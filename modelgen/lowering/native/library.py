@@ -28,7 +28,7 @@ _DOUBLES = ctypes.POINTER(ctypes.c_double)
 _COUNTS = ctypes.POINTER(ctypes.c_int64)
 
 OUTCOMES = ("RUNNING", "SUCCESS", "MAX_STEPS", "STEP_TOO_SMALL", "NON_FINITE_RATE", "DIVERGED")  # as in solver.h
-COUNTS = ("outcome", "steps", "rejected", "evaluations", "reached")
+COUNTS = ("outcome", "steps", "rejected", "evaluations", "reached", "stop")
 FACTS = ("time", "size", "smallest", "largest")
 
 
@@ -60,6 +60,8 @@ class NativeSolver:
         self._library.modelgen_run.argtypes = [ctypes.POINTER(Task), ctypes.c_void_p, ctypes.c_int64]
         self._library.modelgen_start.restype = None
         self._library.modelgen_start.argtypes = [ctypes.c_void_p]
+        self._library.modelgen_job.restype = ctypes.c_int64
+        self._library.modelgen_job.argtypes = [ctypes.c_void_p, ctypes.c_int64]
         self._library.modelgen_rates.restype = None
         self._library.modelgen_rates.argtypes = [ctypes.c_void_p, ctypes.c_double, _DOUBLES, _DOUBLES, _DOUBLES]
         sizes = [int(self._library.modelgen_sizes(index)) for index in range(7)]
@@ -78,6 +80,10 @@ class NativeSolver:
     def run(self, task: Task, work: np.ndarray, steps: int) -> bool:
         """Go on for at most so many steps; whether anything is left to do."""
         return bool(self._library.modelgen_run(ctypes.byref(task), work.ctypes.data, steps))
+
+    def jobs(self, work: np.ndarray) -> list[int]:
+        """The jobs that a worker is at, lane by lane; -1 where a lane is idle."""
+        return [int(self._library.modelgen_job(work.ctypes.data, lane)) for lane in range(self.lanes)]
 
     def rates(self, t: float, x: Any, p: Any) -> np.ndarray:
         """dx/dt at one place, from the same stages that the solver uses."""

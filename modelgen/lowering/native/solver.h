@@ -27,7 +27,7 @@ typedef v_mask S_MASK;
 #include "stages.h"
 
 enum { RUNNING, SUCCESS, MAX_STEPS, STEP_TOO_SMALL, NON_FINITE_RATE, DIVERGED };
-enum { OUTCOME, STEPS, REJECTED, EVALUATIONS, REACHED, COUNTS };
+enum { OUTCOME, STEPS, REJECTED, EVALUATIONS, REACHED, STOP, COUNTS };
 enum { TIME, SIZE, SMALLEST, LARGEST, FACTS };
 
 typedef struct {
@@ -37,7 +37,7 @@ typedef struct {
   double *states;                      /* [jobs][samples][NX], counted from x0 */
   double *last;                        /* [jobs][2][NX]: where the run stands, and where a diverged step led to, from x0 */
   double *extrema;                     /* [jobs][2][NX]: lowest and highest state from the first output time on, from x0, or NULL */
-  int64_t *counts;                     /* [jobs][COUNTS] */
+  int64_t *counts;                     /* [jobs][COUNTS]; the caller may set STOP */
   double *facts;                       /* [jobs][FACTS] */
   double begin, tolerance, first_step, largest_step, smallest_step, bound, correction; /* first_step 0: estimated */
   int64_t max_steps;
@@ -298,8 +298,13 @@ void modelgen_start(Work *k) {
   for (int lane = 0; lane < LANES; ++lane) k->job[lane] = -1;
 }
 
+/* The job that a lane works on, or -1. */
+int64_t modelgen_job(const Work *k, int64_t lane) { return lane >= 0 && lane < LANES ? k->job[lane] : -1; }
+
 /* At most so many more steps; whether anything is left to do. */
 int64_t modelgen_run(const Task *task, Work *k, int64_t steps) {
+  for (int lane = 0; lane < LANES; ++lane)
+    if (k->job[lane] >= 0 && task->counts[k->job[lane] * COUNTS + STOP]) finish(task, k, lane, RUNNING);
   while (take_jobs(task, k)) {
     double accepted[LANES], recording[LANES];
     int any = 0;
@@ -319,7 +324,7 @@ int64_t modelgen_run(const Task *task, Work *k, int64_t steps) {
     for (int lane = 0; lane < LANES; ++lane) {
       double first = k->job[lane] < 0 ? 0.0 : task->times[k->job[lane] * task->times_stride];
       accepted[lane] = k->job[lane] >= 0 && judge(task, k, lane, LANE(error, lane), LANE(guard, lane), LANE(size, lane));
-      recording[lane] = accepted[lane] != 0 && k->t[lane] >= first;
+      recording[lane] = accepted[lane] != 0 && get(&k->time, lane) >= first;
       any |= recording[lane] != 0;
     }
     memcpy(&k->accepted, accepted, sizeof(S)), memcpy(&k->recording, recording, sizeof(S));

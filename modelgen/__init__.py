@@ -23,7 +23,7 @@ _HOME = {
     "lowering": "Compiled lower",
     "solvers": "SOLVERS Case Outcome Solution crosscheck operating_point simulate",
     "analysis": "angles modal settled_window",
-    "plots": "plot",
+    "plots": "draw plot save",
     "errors": "BalanceError CaseError LoweringError ModelError ModelFileError ModelgenError NamingError UnitError",
 }
 _WHERE = {name: f"modelgen.{home}" for home, names in _HOME.items() for name in names.split()}

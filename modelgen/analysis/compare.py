@@ -173,9 +173,7 @@ def compare(
     else:
         remarks.append("no orders: no base frequency is known, or the common span is shorter than its period")
     found = [_channel(solution, data, times + shift, window, pair, frequency, wanted, highest) for pair in pairs]
-    return ComparisonResult(
-        solution.model_name, data.source, name, frequency, window, shift, align, tuple(found), tuple(remarks)
-    )
+    return ComparisonResult(solution.model_name, data.source, name, frequency, window, shift, align, tuple(found), tuple(remarks))
 
 
 def _pairs(solution: Solution, data: Measurement, channels: Mapping[str, str] | None) -> list[tuple[str, str]]:

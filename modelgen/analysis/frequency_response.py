@@ -87,12 +87,13 @@ def _solved(elimination: Elimination | None, rows: Any, columns: Any, entries: A
             share = wrong(x)[1]
         poor = share > 10 * GOOD
     if poor.any():
-        dense = np.zeros((int(poor.sum()), n, n), dtype=complex)
-        dense[:, rows, columns] = values[:, poor].T
-        try:
-            x[:, poor] = np.linalg.solve(dense, right[:, poor].T[:, :, None])[:, :, 0].T
-        except np.linalg.LinAlgError:
-            x[:, poor] = np.inf
+        for k in np.flatnonzero(poor):
+            dense = np.zeros((n, n), dtype=complex)
+            dense[rows, columns] = values[:, k]
+            try:
+                x[:, k] = np.linalg.solve(dense, right[:, k])
+            except np.linalg.LinAlgError:
+                x[:, k] = np.inf
     with np.errstate(all="ignore"):
         gain = np.abs(x).max(axis=0) * np.abs(values).max(axis=0)
         bad = ~(gain <= SINGULAR * np.abs(right).max(axis=0)) & (np.abs(right).max(axis=0) > 0)

@@ -103,6 +103,9 @@ def check_limits(
         if not values.window.settled:
             remarks = ("the window is not settled: start-up vibration is still in these values",)
         values = angle_values(values)
+    if not isinstance(values, Mapping):
+        remedy = "give an AnglesResult, or values by name; for modes, separation_margins(result, excitations)"
+        raise CaseError("check_limits, values", f"are {type(values).__name__}", remedy)
     chosen = [rule(each) if isinstance(each, str) else each for each in ([rules] if isinstance(rules, (Rule, str)) else rules)]
     rows = [_judged(each, element, name, values) for each in chosen for element, name in _subjects(each, values)]
     return LimitsResult(model, tuple(rows), remarks)

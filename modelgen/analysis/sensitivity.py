@@ -30,6 +30,7 @@ from modelgen.solvers.operating_point import OperatingPoint, operating_point
 Array = NDArray[np.float64]
 SAMPLES = 256  # of a turn, for derivatives of means that no element states
 STEP = 1e-3  # of a parameter, for differences; they are extrapolated to the fourth order
+SMALL = 1e-5  # step from zero
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +93,7 @@ def sensitivities(
     keep = len(modes.squares) if count is None else count
     clusters = repeated_modes(modes)
     names, entries, whole = _entries(model)
-    directions, differenced = _directions(model, point.p, entries)
+    directions, differenced = _directions(model, point.p, entries, parameters or {})
     means = _mean_slopes(model, point, directions)
     angles: Array | None = None
     squares = np.zeros((len(modes.squares), len(entries)))
@@ -164,14 +165,16 @@ def _gradient(model: Compiled, point: OperatingPoint, square: float, left: Array
     return [np.asarray(each).ravel() for each in found]
 
 
-def _directions(model: Compiled, p: Array, entries: list[int]) -> tuple[Array, NDArray[np.bool_]]:
+def _directions(model: Compiled, p: Array, entries: list[int], given: Mapping[str, Any]) -> tuple[Array, NDArray[np.bool_]]:
     """How the whole of p moves with each parameter (entries of p, parameters), and for which differences were needed."""
     table = model.parameters
     completed = np.asarray(_completion(model)(p).full())
     moves = completed[:, entries]
-    for column, entry in enumerate(entries):
-        moves[entry, column] = 1.0  # a parameter given by an expression may be set all the same
+    for name in given:
+        moves[table.slices[name.partition("[")[0]]] = 0.0  # a value given by hand follows no expression
+    moves[entries, range(len(entries))] = 1.0
     differenced = np.zeros(len(entries), dtype=bool)
+    limited = _limited(model)
     for name, derived in table.derived.items():
         sources = {key: source for key, source in derived.arguments.items() if isinstance(source, str)}
         read = np.zeros(len(p), dtype=bool)
@@ -188,9 +191,17 @@ def _directions(model: Compiled, p: Array, entries: list[int]) -> tuple[Array, N
 
         for column, entry in enumerate(entries):
             if np.any(moves[read, column]):
-                moves[table.slices[name], column] = _difference(lambda h, c=column: value(p + h * moves[:, c]), float(p[entry]))
+                moves[table.slices[name], column] = _difference(lambda h, c=column: value(p + h * moves[:, c]), float(p[entry]), bool(limited[entry]))
                 differenced[column] = True
     return moves, differenced
+
+
+def _limited(model: Compiled) -> NDArray[np.bool_]:
+    """Entries of p that may not be negative."""
+    found = np.zeros(model.parameters.size, dtype=bool)
+    for name, parameter in model.parameters.parameters.items():
+        found[model.parameters.slices[name]] = parameter.nonnegative
+    return found
 
 
 @functools.lru_cache(maxsize=16)
@@ -201,9 +212,12 @@ def _completion(model: Compiled) -> ca.Function:
     return ca.Function("completion", [p], [ca.jacobian(completed(p), p)])
 
 
-def _difference(function: Callable[[float], Array], value: float) -> Array:
-    """Slope at 0 by central differences of two steps, extrapolated."""
+def _difference(function: Callable[[float], Array], value: float, one_sided: bool) -> Array:
+    """Slope at 0 by central differences of two steps, extrapolated; upward only from a zero that may not become negative."""
     h = STEP * abs(value) or STEP
+    if one_sided and not value:
+        h, still = SMALL, function(0.0)
+        return np.asarray((4 * function(h / 2) - function(h) - 3 * still) / h)
     coarse, fine = ((function(step) - function(-step)) / (2 * step) for step in (h, h / 2))
     return np.asarray((4 * fine - coarse) / 3)
 
@@ -250,11 +264,17 @@ def _timed_along(model: Compiled) -> ca.Function:
 
 def _angle_slopes(model: Compiled, values: Mapping[str, Any] | None, point: OperatingPoint, names: tuple[str, ...]) -> Array:
     """How the static angles move with each parameter, by differences (groups, parameters)."""
-    table = model.parameters
+    table, limited = model.parameters, _limited(model)
     columns = []
     for name in names:
         where = table.slices[name.partition("[")[0]]
         row = int(name.partition("[")[2].rstrip("]") or 1) - 1
-        at = float(point.p[where.start + row])
-        columns.append(_difference(lambda h, n=name, x=at: operating_point(model, {**(values or {}), n: x + h}).angle, at))
+        entry = where.start + row
+        at = float(point.p[entry])
+        moved = functools.partial(_static_angles, model, values or {}, name, at)
+        columns.append(_difference(moved, at, bool(limited[entry])))
     return np.array(columns).T
+
+
+def _static_angles(model: Compiled, values: Mapping[str, Any], name: str, at: float, step: float) -> Array:
+    return operating_point(model, {**values, name: at + step}).angle

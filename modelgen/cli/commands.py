@@ -11,6 +11,7 @@ import click
 
 from modelgen import __version__
 from modelgen.cli.check import check
+from modelgen.cli.crosscheck import crosscheck
 from modelgen.cli.elements import elements
 from modelgen.cli.ending import INTERRUPTED, REFUSED, Ending
 from modelgen.cli.listing import listing
@@ -48,5 +49,5 @@ def commands() -> None:
     """
 
 
-for command in (run, check, listing, show, elements):
+for command in (run, crosscheck, check, listing, show, elements):
     commands.add_command(command)

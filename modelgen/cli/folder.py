@@ -15,8 +15,11 @@ from pathlib import Path
 
 from modelgen.errors import CaseError
 
-WRITTEN = ("report.md", "equations.md", "equations.tex", "model.toml", "responses.csv", "summary.json", "paper.md", "figures")
-"""What a run writes; a folder that holds anything else is nobody's to replace."""
+WRITTEN = (
+    *("report.md", "equations.md", "equations.tex", "model.toml", "responses.csv", "summary.json", "paper.md", "figures"),
+    *("crosscheck.csv", "crosscheck.json", "crosscheck.png"),
+)
+"""What modelgen writes; a folder that holds anything else is nobody's to replace."""
 
 
 @contextmanager

@@ -111,7 +111,7 @@ def judge(claims: Claims, runs: list[Reading]) -> list[ClaimRow]:
         )
     )
     percent = claims.multibody_difference_percent
-    low, high = (claims.largest_angle_deg / (1 + percent / 100), claims.largest_angle_deg * (1 + percent / 100))
+    low, high = (claims.largest_angle_deg / (1 + percent / 100), claims.largest_angle_deg / (1 - percent / 100))
     rows.append(
         ClaimRow(
             "difference to a multibody model",

@@ -9,11 +9,13 @@ import time
 from pathlib import Path
 
 from modelgen.cli.figures import draw_figures
+from modelgen.cli.paper import paper_text, readings
 from modelgen.cli.progress import Progress
 from modelgen.cli.report import report_text
 from modelgen.cli.response import Response
 from modelgen.cli.responses import write_responses
 from modelgen.cli.summary import summary_text
+from modelgen.drivelines.claims import claims_of
 from modelgen.model.files import write_model
 
 
@@ -27,7 +29,16 @@ def write_results(response: Response, folder: Path, command: str, begun: float, 
     write_responses(response, folder / "responses.csv")
     progress.stage("draw figures", measured=True)
     figures = draw_figures(response, folder, progress)
+    _write_paper(response, folder, command, progress)
     progress.stage("write report")
     wall = time.perf_counter() - begun
     (folder / "report.md").write_text(report_text(response, figures, command), encoding="utf-8")
     (folder / "summary.json").write_text(summary_text(response, wall), encoding="utf-8")
+
+
+def _write_paper(response: Response, folder: Path, command: str, progress: Progress) -> None:
+    """``paper.md``, for a driveline that a paper makes claims about."""
+    claims = claims_of(response.line.name)
+    if claims is not None:
+        progress.stage("compare with the paper: other readings of the damping")
+        (folder / "paper.md").write_text(paper_text(response, claims, readings(response, progress), command), encoding="utf-8")

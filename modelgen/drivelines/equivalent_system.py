@@ -108,9 +108,7 @@ def equivalent_table(model: Compiled, point: OperatingPoint) -> EquivalentTable:
     >>> [(each.start, each.end, each.elements, each.stiffness) for each in table.shafts]
     [('engine', 'pinion', ('coupling',), 100000.0), ('pinion', 'load', ('wheel_shaft',), 250000.0)]
     """
-    eq, where = model.equations, f"equivalent system of {model.name!r}"
-    home = next((node.group for node in eq.nodes if eq.reference in {flange.split(".")[0] for flange in node.flanges}), 0)
-    ratio = point.coordinates.ratio / point.coordinates.ratio[home]
+    eq, ratio, where = model.equations, point.coordinates.ratio, f"equivalent system of {model.name!r}"
     mass, stiffness, damping = (each * np.outer(ratio, ratio) for each in (point.mass, point.stiffness, point.damping))
     names = [name.replace(".", "_") for name in eq.groups]
     coupled = _beyond_rounding(mass)
@@ -138,7 +136,8 @@ def equivalent_table(model: Compiled, point: OperatingPoint) -> EquivalentTable:
         shafts.append(EquivalentShaft(names[start], names[end] if end >= 0 else GROUND, acting, k, None if modal else c))
     own = zip(names, np.diag(point.mass).tolist(), np.diag(mass).tolist(), ratio.tolist(), strict=True)
     inertias = tuple(EquivalentInertia(*each) for each in own)
-    return EquivalentTable(model.name, names[home], inertias, tuple(shafts), tuple(remarks))
+    reference = eq.reference or names[int(np.argmin(np.abs(ratio - 1)))]
+    return EquivalentTable(model.name, reference, inertias, tuple(shafts), tuple(remarks))
 
 
 def _beyond_rounding(matrix: Array, ground: bool = False) -> list[tuple[int, int]]:

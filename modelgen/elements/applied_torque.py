@@ -39,7 +39,9 @@ class HarmonicTorque(Element):
         for order, b, a in harmonic_rows(self.where, self.orders, self.cosine, self.sine):
             # Turned by the phase here, so that sin(h w t) and cos(h w t) are shared by every torque on the same base.
             turn_cos, turn_sin = sympy.cos(order * self.phase), sympy.sin(order * self.phase)
-            total += (a * turn_cos - b * turn_sin) * sympy.sin(order * angle) + (a * turn_sin + b * turn_cos) * sympy.cos(order * angle)
+            total += (a * turn_cos - b * turn_sin) * sympy.sin(order * angle) + (a * turn_sin + b * turn_cos) * sympy.cos(
+                order * angle
+            )
         return self.scale * total
 
     def torques(self) -> Mapping[FlangeSymbols, Any]:
@@ -66,7 +68,7 @@ class SteppedTorque(Element):
     def torque(self) -> Any:
         """Torque on the node."""
         if self.shape == "step":
-            return sympy.Piecewise((self.before, TIME < self.at), (self.after, True))
+            return sympy.Piecewise((self.before, self.at > TIME), (self.after, True))
         share = sympy.Min(1, sympy.Max(0, (TIME - self.at) / self.duration))
         return self.before + (self.after - self.before) * share
 

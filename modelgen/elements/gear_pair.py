@@ -24,7 +24,11 @@ DEFAULT_ORDERS = tuple(range(1, 11))
 def rows_from_geometry(stiffness_orders: tuple[int, ...], **geometry: float) -> list[float]:
     """Mean, cosine rows and sine rows [N/m] of the mesh stiffness that follows from the teeth (Eq. 1-9)."""
     orders = stiffness_orders or DEFAULT_ORDERS
-    teeth = {f"{name}_{end}": geometry.pop(f"{name}_{letter}") for name in ("teeth", "profile_shift") for end, letter in ((1, "a"), (2, "b"))}
+    teeth = {
+        f"{name}_{end}": geometry.pop(f"{name}_{letter}")
+        for name in ("teeth", "profile_shift")
+        for end, letter in ((1, "a"), (2, "b"))
+    }
     teeth.update(teeth_1=int(teeth["teeth_1"]), teeth_2=int(teeth["teeth_2"]))
     mean, cosine, sine = mesh_stiffness_rows(order=max(orders), **teeth, **geometry)  # type: ignore[arg-type]  # names are its own
     return [mean, *(cosine[n - 1] for n in orders), *(sine[n - 1] for n in orders)]
@@ -37,7 +41,7 @@ class GearPair(Element):
     f = delta - b, 0 or delta + b beyond, within and behind the backlash 2 b; torques -r_a F on a and +r_b F on b.
     Mesh stiffness k(t), with t = 0 where a tooth pair enters contact: Fourier rows (``mesh="fourier"``), samples over one mesh
     period joined by straight lines (``table``), two levels (``rectangular``), or rows that follow from the teeth (``geometry``).
-    Mesh damping: ``corrected`` c = 2 xi sqrt(k m_e), m_e = J_a J_b / (J_a r_b^2 + J_b r_a^2); ``literal`` as printed in the paper.
+    Mesh damping: ``corrected`` c = 2 xi sqrt(k m_e), m_e = J_a J_b / (J_a r_b^2 + J_b r_a^2); ``literal`` as the paper prints it.
     Its viscous part acts always, or with ``viscous="contact_only"`` in contact only and without pulling the flanks together.
     """
 
@@ -56,7 +60,9 @@ class GearPair(Element):
     mean_stiffness = Param("N/m", positive=True, when=FOURIER, doc="k0")
     stiffness_cosine = Param("N/m", default=(), series=True, when=FOURIER, doc="rows with cosine, order 1, 2, ...")
     stiffness_sine = Param("N/m", default=(), series=True, when=FOURIER, doc="rows with sine, order 1, 2, ...")
-    stiffness_orders = Orders(when={"mesh": ("fourier", "geometry")}, doc="harmonics of the mesh frequency; from the teeth, 1 to 10")
+    stiffness_orders = Orders(
+        when={"mesh": ("fourier", "geometry")}, doc="harmonics of the mesh frequency; from the teeth, 1 to 10"
+    )
     stiffness_table = Param("N/m", positive=True, series=True, when=TABLE, doc="equally spaced samples over one mesh period")
     stiffness_high = Param("N/m", positive=True, when=RECTANGULAR, doc="stiffness while two pairs are in contact")
     stiffness_low = Param("N/m", positive=True, when=RECTANGULAR, doc="stiffness while one pair is in contact")

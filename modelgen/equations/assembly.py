@@ -41,8 +41,8 @@ from modelgen.equations.topology import (
 )
 from modelgen.errors import ModelError, UnitError
 from modelgen.model import Clock, Derived, Driveline, Element, Flange, Orders, Param, Shared
-from modelgen.model.values import check_value
 from modelgen.model.expressions import read_expression
+from modelgen.model.values import check_value
 from modelgen.units import dimension_of
 
 SPEED = "speed"
@@ -115,7 +115,9 @@ class _Assembler:
             expression = read_expression(named_or_none.expression, scalars, where)
             circular = {p.symbols[0] for p in self.parameters if self._has_expression(p.name)} & expression.free_symbols
             if circular:
-                raise ModelError(where, f"its expression uses {next(iter(circular))}, which is an expression too", "use plain parameters in it")
+                raise ModelError(
+                    where, f"its expression uses {next(iter(circular))}, which is an expression too", "use plain parameters in it"
+                )
             found = DimensionCheck(units, where).of(expression, "its expression")
             known = {s: v for p in self.parameters for s, v in zip(p.symbols, p.values, strict=True)}
             try:
@@ -127,7 +129,9 @@ class _Assembler:
             unit = parameter.unit
             if found is not None and found != dimension_of(unit):
                 if unit != "1":
-                    raise UnitError(where, f"its expression has the dimension {found}", f"its unit is {unit} [{dimension_of(unit)}]")
+                    raise UnitError(
+                        where, f"its expression has the dimension {found}", f"its unit is {unit} [{dimension_of(unit)}]"
+                    )
                 unit = str(found)
             new = Parameter(parameter.name, unit, parameter.symbols, (value,), expression=expression, note=parameter.note)
             self.parameters[index] = self.by_name[parameter.name] = new
@@ -178,7 +182,7 @@ class _Assembler:
             name = f"{element.name}.{key}"
             values = value if isinstance(value, tuple) else (value,)
             symbols = tuple(_symbol(name, row if param.series else None, param) for row in range(1, len(values) + 1))
-            limits = {"positive": param.positive, "nonnegative": param.nonnegative, "integer": param.integer}
+            limits: dict[str, Any] = {"positive": param.positive, "nonnegative": param.nonnegative, "integer": param.integer}
             self._add(Parameter(name, param.unit, symbols, values, param.series, **limits))
             table.update(zip(local, symbols, strict=True))
             names[key] = name
@@ -190,7 +194,9 @@ class _Assembler:
             symbols = tuple(_symbol(name, row) for row in range(1, len(local) + 1))
             missing = [of for of in derived.of if of not in names and of not in element.declared(Orders)]
             if missing:
-                raise ModelError(element.where, f"{key} follows from {missing[0]}, which its switches leave out", "change the switches")
+                raise ModelError(
+                    element.where, f"{key} follows from {missing[0]}, which its switches leave out", "change the switches"
+                )
             arguments = {of: names[of] if of in names else getattr(element, of) for of in derived.of}
             self.derived.append(DerivedParameter(name, derived.unit, symbols, derived.function, arguments))
             table.update(zip(local, symbols, strict=True))
@@ -213,7 +219,7 @@ class _Assembler:
     # -- nodes and groups ----------------------------------------------------------------------------------------------------
 
     def _groups(self, elements: Any, chosen: Any, local: Any, flanges: Any, node_of: Any, reference: int) -> None:
-        """Groups of nodes that rigid constraints join, with the ratio of each node to its group; that of the reference shaft is 1."""
+        """Groups of nodes that rigid constraints join, with the ratio of each node to its group (1 for the reference shaft)."""
         constraints = []
         for element, index, table in zip(elements, chosen, local, strict=True):
             for row in self.templates[index].constraints:
@@ -232,13 +238,17 @@ class _Assembler:
             else:
                 others = [other for other in constraints[index][1] if other != node]
                 if not others:
-                    raise ModelError(constraints[index][0].where, "its constraint fixes one node to ground", "use a ground spring")
+                    raise ModelError(
+                        constraints[index][0].where, "its constraint fixes one node to ground", "use a ground spring"
+                    )
                 group_of[node] = group_of[others[0]]
         for index in placement.dependent:
             element, terms = constraints[index]
             total = sympy.Add(*(c * ratio[node] for node, c in terms.items()))
             if not self.exact.vanishes(total, next(iter(terms.values()))):
-                raise ModelError(element.where, "closes a loop of rigid gears whose ratios do not agree", "check the tooth numbers on the loop")
+                raise ModelError(
+                    element.where, "closes a loop of rigid gears whose ratios do not agree", "check the tooth numbers on the loop"
+                )
         inertial = {f"{e.name}.{f}" for e, i in zip(elements, chosen, strict=True) for f, _ in self.templates[i].mass}
         self.nodes = []
         order = {group: index for index, group in enumerate(dict.fromkeys(group_of[node] for node in range(len(flanges))))}
@@ -246,8 +256,10 @@ class _Assembler:
             named = next((name for name in members if name in inertial), members[0])
             name = named.split(".")[0] if len(self.line[named.split(".")[0]].declared(Flange)) == 1 else named
             self.nodes.append(Node(name, tuple(members), order[group_of[node]], ratio[node]))
-        self.groups = [next(node.name for node in self.nodes if node.group == group and node.ratio == 1) for group in order.values()]
-        self.constraint_rows = [{node: c for node, c in terms.items()} for _, terms in constraints]
+        self.groups = [
+            next(node.name for node in self.nodes if node.group == group and node.ratio == 1) for group in order.values()
+        ]
+        self.constraint_rows = [dict(terms) for _, terms in constraints]
 
     def _check_inertia(self, elements: Any, chosen: Any, node_of: Any) -> None:
         heavy = {
@@ -260,7 +272,11 @@ class _Assembler:
             if group in heavy:
                 continue
             node = next(node for node in self.nodes if node.group == group)
-            raise ModelError(f"node {name!r}", f"has no inertia; it joins {', '.join(node.flanges)}", "put an Inertia on it, or merge the elements")
+            raise ModelError(
+                f"node {name!r}",
+                f"has no inertia; it joins {', '.join(node.flanges)}",
+                "put an Inertia on it, or merge the elements",
+            )
         constant = {
             self.nodes[node_of[f"{e.name}.{f}"]].group
             for e, i in zip(elements, chosen, strict=True)
@@ -287,8 +303,10 @@ class _Assembler:
                     node = self.nodes[node_of[f"{element.name}.{flange}"]]
                     terms[node.group] = terms.get(node.group, sympy.Integer(0)) + c.xreplace(table) * node.ratio
                 if len(relative.coefficients) > 1 and len(terms) == 1:
-                    if not self.exact.vanishes(*terms.values(), sympy.Integer(1)):
-                        raise ModelError(element.where, "joins two shafts that a rigid gear already joins", "take one of them out")
+                    if not self.exact.vanishes(next(iter(terms.values())), sympy.Integer(1)):
+                        raise ModelError(
+                            element.where, "joins two shafts that a rigid gear already joins", "take one of them out"
+                        )
                     terms = {}
                 mine.append(len(forms))
                 forms.append(Form(f"{element.name}.{relative.name}", relative.unit, terms, relative.sees_angle))
@@ -313,14 +331,18 @@ class _Assembler:
             total = sympy.Add(*(c * mean[group] for group, c in row.items()))
             if len(row) > 1 and not self.exact.vanishes(total, next(iter(row.values()))):
                 name = forms[index].name.rpartition(".")[0]
-                raise ModelError(f"element {name!r}", "closes a loop whose gear ratios do not agree", "check the tooth numbers on the loop")
+                raise ModelError(
+                    f"element {name!r}", "closes a loop whose gear ratios do not agree", "check the tooth numbers on the loop"
+                )
         self.mean = [each for _, each in sorted(mean.items())]
         self.grounded = [bool(each == 0) for each in self.mean]
         return steps
 
     # -- the record -----------------------------------------------------------------------------------------------------------
 
-    def _records(self, elements: Any, chosen: Any, local: Any, node_of: Any, forms: list[Form], form_ids: Any, steps: Any) -> Equations:
+    def _records(
+        self, elements: Any, chosen: Any, local: Any, node_of: Any, forms: list[Form], form_ids: Any, steps: Any
+    ) -> Equations:
         line = self.line
         states: list[StateVariable] = []
         records: list[Step] = []
@@ -401,7 +423,9 @@ class _Assembler:
             found.append(mine)
         if used and self.line.speed is None:
             first = ", ".join(repr(name) for name in sorted(used)[:3])
-            raise ModelError(self.where, f"has base frequencies ({first}) but no operating speed", 'give speed="1500 rpm" and a reference')
+            raise ModelError(
+                self.where, f"has base frequencies ({first}) but no operating speed", 'give speed="1500 rpm" and a reference'
+            )
         return clocks, found
 
     def _ratio(self, node: int) -> sympy.Expr:
@@ -422,7 +446,9 @@ class _Assembler:
                 names.add(value.name if isinstance(value, Shared) else f"{element.name}.{key}")
         if len(names) > 1 and len({self.by_name[name].values for name in names}) > 1:
             listed = ", ".join(sorted(names))
-            raise ModelError(self.where, f"modal damping has different ratios ({listed})", "share one parameter: all modes have one ratio")
+            raise ModelError(
+                self.where, f"modal damping has different ratios ({listed})", "share one parameter: all modes have one ratio"
+            )
         return sorted(names)[0] if names else None
 
     def _outputs(self, elements: Any, chosen: Any) -> list[Output]:
@@ -464,4 +490,3 @@ def _names_in_laws(template: Template) -> set[str]:
     laws += [template.stored_energy, template.dissipated_power, template.supplied_power]
     names = {symbol.name for law in laws for symbol in law.free_symbols}
     return names | {f"{harmonic.clock}.angle" for harmonic in template.harmonics}
-

@@ -57,7 +57,11 @@ class DimensionCheck:
             if below is _ANY or below == NUMBER:
                 return below
             if not isinstance(e.exp, sympy.Rational):
-                raise UnitError(self.where, f"{what} raises {_short(e.base)} [{below}] to {_short(e.exp)}", "only numbers may have such powers")
+                raise UnitError(
+                    self.where,
+                    f"{what} raises {_short(e.base)} [{below}] to {_short(e.exp)}",
+                    "only numbers may have such powers",
+                )
             return below ** Fraction(int(e.exp.p), int(e.exp.q))
         if isinstance(e, (sympy.Add, sympy.Max, sympy.Min, Relational)):
             return self._alike(e.args, what, "adds" if isinstance(e, sympy.Add) else "compares")
@@ -84,7 +88,9 @@ class DimensionCheck:
             for part in e.args:
                 self._number(part, what)
             return NUMBER
-        raise UnitError(self.where, f"{what} uses {type(e).__name__}, whose dimension is not known", "write it with ordinary functions")
+        raise UnitError(
+            self.where, f"{what} uses {type(e).__name__}, whose dimension is not known", "write it with ordinary functions"
+        )
 
     def _alike(self, parts: Iterable[sympy.Basic], what: str, verb: str) -> Dimension | None:
         first: tuple[sympy.Basic, Dimension] | None = None
@@ -95,13 +101,19 @@ class DimensionCheck:
             if first is None:
                 first = (part, dimension)
             elif dimension != first[1]:
-                raise UnitError(self.where, f"{what} {verb} {_short(first[0])} [{first[1]}] and {_short(part)} [{dimension}]", _hint(first[1], dimension))
+                raise UnitError(
+                    self.where,
+                    f"{what} {verb} {_short(first[0])} [{first[1]}] and {_short(part)} [{dimension}]",
+                    _hint(first[1], dimension),
+                )
         return _ANY if first is None else first[1]
 
     def _number(self, e: sympy.Basic, what: str) -> None:
         dimension = self.of(e, what)
         if dimension not in (_ANY, NUMBER):
-            raise UnitError(self.where, f"{what} takes a function or power of {_short(e)} [{dimension}]", "make the argument a number")
+            raise UnitError(
+                self.where, f"{what} takes a function or power of {_short(e)} [{dimension}]", "make the argument a number"
+            )
 
 
 def _hint(first: Dimension, second: Dimension) -> str:

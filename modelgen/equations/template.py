@@ -207,7 +207,9 @@ class _Builder:
         varying = energy.free_symbols - self._parameters() - set(self.angles) - set(self.speeds)
         if varying:
             found = ", ".join(sorted(map(str, varying)))
-            raise ModelError(self.where, f"kinetic energy depends on {found}", "write it with parameters, flange angles and speeds")
+            raise ModelError(
+                self.where, f"kinetic energy depends on {found}", "write it with parameters, flange angles and speeds"
+            )
         for f in names:
             momentum = energy.diff(self.flanges[f].speed)
             extra = energy.diff(self.flanges[f].angle)
@@ -216,7 +218,9 @@ class _Builder:
                 if term.free_symbols & set(self.speeds):
                     term = sympy.simplify(term)  # slow, and most energies are plainly quadratic
                 if term.free_symbols & set(self.speeds):
-                    raise ModelError(self.where, "kinetic energy is not quadratic in the speeds", "write T = sum of J(angle) speed^2 / 2")
+                    raise ModelError(
+                        self.where, "kinetic energy is not quadratic in the speeds", "write T = sum of J(angle) speed^2 / 2"
+                    )
                 if term != 0:
                     mass[f, g] = mass.get((f, g), sympy.Integer(0)) + term
                 extra -= momentum.diff(self.flanges[g].angle) * self.flanges[g].speed
@@ -242,8 +246,14 @@ class _Builder:
             if coefficient != 0:
                 result[name] = coefficient.xreplace(self._fixed)
         rest = expression.xreplace({flange.angle: sympy.Integer(0) for flange in self.flanges.values()})
-        if rest != 0 or any(c.free_symbols & (set(self.angles) | set(self.speeds) | {TIME}) for c in result.values()) or not result:
-            raise ModelError(self.where, f"constraint {expression} is no linear combination of angles", "write n_a * angle_a - n_b * angle_b")
+        if (
+            rest != 0
+            or any(c.free_symbols & (set(self.angles) | set(self.speeds) | {TIME}) for c in result.values())
+            or not result
+        ):
+            raise ModelError(
+                self.where, f"constraint {expression} is no linear combination of angles", "write n_a * angle_a - n_b * angle_b"
+            )
         return result
 
     def _relate(self, blocks: Expressions) -> tuple[tuple[Relative, ...], tuple[str, ...]]:
@@ -262,7 +272,9 @@ class _Builder:
                     return index, coefficients[first] / known[first]
             found.append((coefficients, {"angle": is_angle}))
             index = len(found)
-            symbols.append((sympy.Symbol(f"relative_{index}.angle", real=True), sympy.Symbol(f"relative_{index}.rate", real=True)))
+            symbols.append(
+                (sympy.Symbol(f"relative_{index}.angle", real=True), sympy.Symbol(f"relative_{index}.rate", real=True))
+            )
             return index - 1, sympy.Integer(1)
 
         def gathered(e: sympy.Add, table: Mapping[sympy.Symbol, str], is_angle: bool) -> sympy.Expr:
@@ -306,7 +318,9 @@ class _Builder:
             name = names.get(angle, f"relative_{index}" if index > 1 else "relative")
             size = check.of(next(iter(coefficients.values())), name)
             unit = self.quantities[name].unit if name in self.quantities else "rad" if size in (None, NUMBER) else str(size)
-            relatives.append(Relative(name, unit, angle, rate, {f: c.xreplace(self._fixed) for f, c in coefficients.items()}, seen["angle"]))
+            relatives.append(
+                Relative(name, unit, angle, rate, {f: c.xreplace(self._fixed) for f, c in coefficients.items()}, seen["angle"])
+            )
         used = set().union(*(x.free_symbols for x in blocks.values()))
         return tuple(relatives), tuple(name for symbol, name in self.angles.items() if symbol in used)
 
@@ -350,7 +364,11 @@ class _Builder:
     def _definitions(self, blocks: Expressions) -> tuple[Definition, ...]:
         """The definitions with their stages; parts of other laws that depend on time only become hidden definitions."""
         clocks = {s for c in self.clocks.values() for s in (c.angle,)}
-        time = {TIME, *clocks, *(s for x in blocks.values() for s in x.free_symbols if "." in s.name and s.name.split(".")[0] in self.clocks)}
+        time = {
+            TIME,
+            *clocks,
+            *(s for x in blocks.values() for s in x.free_symbols if "." in s.name and s.name.split(".")[0] in self.clocks),
+        }
         time -= {c.frequency for c in self.clocks.values()}
         moving = set(self.angles) | set(self.speeds) | {s.symbol for s in self.states.values()}
         result: list[Definition] = []
@@ -377,7 +395,9 @@ class _Builder:
                 if any(stage(arg) == "time" for arg in alone):
                     rest = [arg for arg in x.args if stage(arg) == "state"]
                     joined = x.func(*alone)
-                    return x.func(joined if isinstance(joined, sympy.Symbol) else split(joined, name), *(split(arg, name) for arg in rest))
+                    return x.func(
+                        joined if isinstance(joined, sympy.Symbol) else split(joined, name), *(split(arg, name) for arg in rest)
+                    )
             if isinstance(x, sympy.Piecewise):
                 return x
             return x.func(*(split(arg, name) for arg in x.args))
@@ -392,5 +412,3 @@ class _Builder:
         for key in [k for k in blocks if not k.startswith("def ")]:
             blocks[key] = split(blocks[key], key.replace(" ", "_") + "_time")
         return tuple(result)
-
-

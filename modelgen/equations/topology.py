@@ -56,7 +56,9 @@ def join_flanges(line: Driveline) -> tuple[list[list[str]], dict[str, int]]:
         for flange, target in element.targets.items():
             name, other = line.flange(target, f"{element.where}, flange {flange!r}")
             if name == element.name:
-                raise ModelError(element.where, f"flange {flange!r} is joined to the element itself", "join it to another element")
+                raise ModelError(
+                    element.where, f"flange {flange!r} is joined to the element itself", "join it to another element"
+                )
             join(f"{name}.{other}", f"{element.name}.{flange}")
     for first, second in line.connections:
         pair = [".".join(line.flange(text, f"connection {first!r} - {second!r}")) for text in (first, second)]
@@ -96,7 +98,9 @@ def check_connected(line: Driveline, nodes: Sequence[Sequence[str]], node_of: Ma
     if apart:
         inside = nodes[0][0].split(".")[0]
         shown = ", ".join(repr(name) for name in apart[:4]) + (" ..." if len(apart) > 4 else "")
-        raise ModelError(f"driveline {line.name!r}", f"falls into parts: {shown} has no path to {inside!r}", "join the parts with an element")
+        raise ModelError(
+            f"driveline {line.name!r}", f"falls into parts: {shown} has no path to {inside!r}", "join the parts with an element"
+        )
 
 
 def check_senses(elements: Iterable[Element], senses: Iterable[int], node_of: Mapping[str, int]) -> None:
@@ -167,7 +171,9 @@ def place(count: int, forms: Sequence[Coefficients], first: int, names: Sequence
     return result
 
 
-def solve_ratio(steps: Sequence[tuple[int, int | None]], forms: Sequence[Coefficients], roots: Mapping[int, sympy.Expr]) -> dict[int, sympy.Expr]:
+def solve_ratio(
+    steps: Sequence[tuple[int, int | None]], forms: Sequence[Coefficients], roots: Mapping[int, sympy.Expr]
+) -> dict[int, sympy.Expr]:
     """Angles of all groups when the roots turn by the given angles and every relative angle stays zero."""
     angle: dict[int, sympy.Expr] = {}
     for group, index in steps:
@@ -184,7 +190,9 @@ def reference_node(line: Driveline, node_of: Mapping[str, int]) -> int:
     """Node of the reference shaft; the first node where none is named."""
     if line.reference is None:
         if line.speed is not None and len(line.elements):
-            raise ModelError(f"driveline {line.name!r}", "has an operating speed but no reference shaft", 'give reference="name of an inertia"')
+            raise ModelError(
+                f"driveline {line.name!r}", "has an operating speed but no reference shaft", 'give reference="name of an inertia"'
+            )
         return 0
     return shaft_node(line, line.reference, node_of, "reference shaft")
 

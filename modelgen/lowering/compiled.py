@@ -20,6 +20,8 @@ from modelgen.errors import CaseError, nearest
 from modelgen.lowering.parameters import ParameterTable
 
 Vector = Sequence[float] | np.ndarray
+BLOCK = 256
+"""Instants whose channels are evaluated by one call."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +77,9 @@ class Compiled:
         values = np.asarray(self.output_function(*self._checked(t, x, p))).ravel()
         return dict(zip(self.outputs, values.tolist(), strict=True))
 
-    def channels(self, times: np.ndarray, states: np.ndarray, p: Vector, names: Sequence[str] | None = None) -> dict[str, np.ndarray]:
+    def channels(
+        self, times: np.ndarray, states: np.ndarray, p: Vector, names: Sequence[str] | None = None
+    ) -> dict[str, np.ndarray]:
         """Output channels over a trajectory: times (n,), states (n, number of states).
 
         Raises CaseError for an unknown name, and unless shapes fit and all numbers are finite.
@@ -87,9 +91,15 @@ class Compiled:
         p = self._array("p", p, (self.parameters.size,), f"a vector of {self.parameters.size}")
         if instants == 0 or not rows:
             return {self.outputs[row]: np.empty(instants) for row in rows}
-        mapped = self._selected(tuple(rows)).map(instants)
-        values = np.asarray(mapped(times[None, :], states.T, p))
-        return {self.outputs[row]: values[index] for index, row in enumerate(rows)}
+        # CasADi repeats p for every instant of a map, so blocks are small; the last is filled up with its own last instant.
+        mapped, whole = self._selected(tuple(rows)).map(BLOCK), -(-instants // BLOCK) * BLOCK
+        times = np.pad(times, (0, whole - instants), mode="edge")
+        states = np.pad(states, ((0, whole - instants), (0, 0)), mode="edge").T
+        values = np.empty((len(rows), whole))
+        for first in range(0, whole, BLOCK):
+            part = slice(first, first + BLOCK)
+            values[:, part] = mapped(times[None, part], states[:, part], p)
+        return {self.outputs[row]: values[index, :instants] for index, row in enumerate(rows)}
 
     @functools.lru_cache(maxsize=8)  # noqa: B019 - a compiled driveline lives as long as the session
     def _selected(self, rows: tuple[int, ...]) -> ca.Function:
@@ -119,8 +129,8 @@ class Compiled:
         buffer, trigger = function.buffer()
         t, out = np.zeros(1), np.zeros(len(self.states))
         for index, array in enumerate((t, x, p_checked)):
-            buffer.set_arg(index, memoryview(array))
-        buffer.set_res(0, memoryview(out))
+            buffer.set_arg(index, array.data)
+        buffer.set_res(0, out.data)
 
         def fast(time: float, state: np.ndarray) -> np.ndarray:
             t[0] = time
@@ -134,7 +144,11 @@ class Compiled:
     def _checked(self, t: float, x: Vector, p: Vector) -> tuple[float, np.ndarray, np.ndarray]:
         states, count = len(self.states), self.parameters.size
         time = self._array("t", t, (), "a scalar")
-        return float(time), self._array("x", x, (states,), f"a vector of {states}"), self._array("p", p, (count,), f"a vector of {count}")
+        return (
+            float(time),
+            self._array("x", x, (states,), f"a vector of {states}"),
+            self._array("p", p, (count,), f"a vector of {count}"),
+        )
 
     def _array(self, name: str, value: Any, shape: tuple[int, ...], wanted: str) -> np.ndarray:
         """A copy of an argument as numbers, refused unless it has exactly this shape and is finite."""

@@ -177,7 +177,7 @@ class _Lowering:
     def _turned(self, deviations: list[ca.SX]) -> list[ca.SX]:
         return [mean * self.t + each for mean, each in zip(self.mean_speeds, deviations, strict=True)]
 
-    # -- laws ----------------------------------------------------------------------------------------------------------------------
+    # -- laws --------------------------------------------------------------------------------------------------------------------
 
     def _forces(self, motion: Motion, timed: list[ca.SX], clocks: list[ca.SX]) -> Forces:
         eq = self.eq
@@ -191,7 +191,9 @@ class _Lowering:
                 group = eq.nodes[node].group
                 values += [self.node_ratio[node] * motion.angles[group], self.node_ratio[node] * motion.speeds[group]]
             values += [motion.own[state - 2 * self.order] for state in instance.states]
-            named, torque, rates, powers, mass = block.state(*self.given[number], clocks[number], timed[number], ca.vertcat(*values))
+            named, torque, rates, powers, mass = block.state(
+                *self.given[number], clocks[number], timed[number], ca.vertcat(*values)
+            )
             for flange, each in zip(template.flanges, ca.vertsplit(torque) if template.flanges else [], strict=True):
                 result.torque[instance.nodes[flange]] += each
             for state, symbol in zip(instance.states, (s for _, s, *_ in template.states), strict=True):
@@ -201,7 +203,11 @@ class _Lowering:
                 result.mass[key] = result.mass.get(key, ca.SX(0)) + each
             result.by_element.append((torque, mass))
             prefix = f"{instance.name}." if instance.name else ""
-            for names, column in ((block.fixed_names, self.given[number][2]), (block.timed_names, timed[number]), (block.state_names, named)):
+            for names, column in (
+                (block.fixed_names, self.given[number][2]),
+                (block.timed_names, timed[number]),
+                (block.state_names, named),
+            ):
                 result.values.update({f"{prefix}{name}": column[row] for row, name in enumerate(names)})
             for row, name in enumerate(("stored_energy", "dissipated_power", "supplied_power")):
                 result.powers[f"{instance.name}.{name}"] = powers[row]
@@ -240,13 +246,14 @@ class _Lowering:
             return ca.vertcat(*(torque[g] / mass[g, g] for g in range(n)))
         return ca.solve(_matrix(mass, n), torque)
 
-    # -- the record ------------------------------------------------------------------------------------------------------------------
+    # -- the record --------------------------------------------------------------------------------------------------------------
 
     def compiled(self) -> Compiled:
         eq, n = self.eq, self.order
         clock_values = [self._clock_values(i, self._shared_harmonics()) for i in eq.instances]
         timed = [
-            self.blocks[i.template].timed(*given, clocks) for i, given, clocks in zip(eq.instances, self.given, clock_values, strict=True)
+            self.blocks[i.template].timed(*given, clocks)
+            for i, given, clocks in zip(eq.instances, self.given, clock_values, strict=True)
         ]
         motion = self._from_states(self.x)
         forces = self._forces(motion, timed, clock_values)
@@ -256,7 +263,9 @@ class _Lowering:
         for step in eq.steps:
             terms = {step.group: ca.SX(1)} if step.form is None else self.coefficients[step.form]
             second.append(_sum(c * acceleration[g] for g, c in terms.items()))
-        ode = ca.vertcat(self.x[n : 2 * n, 0], *second, *forces.rates)  # the column, or a slice of one number has the shape (1, 0)
+        ode = ca.vertcat(
+            self.x[n : 2 * n, 0], *second, *forces.rates
+        )  # the column, or a slice of one number has the shape (1, 0)
         outputs = self._outputs(motion, forces, acceleration, mass)
         at_time = ca.vertcat(*(f * self.t for f in self.frequencies)) if self.frequencies else ca.SX(0, 1)
 
@@ -279,7 +288,9 @@ class _Lowering:
             self._known_harmonics = self._harmonics()
         return self._known_harmonics
 
-    def _outputs(self, motion: Motion, forces: Forces, acceleration: ca.SX, mass: dict[tuple[int, int], ca.SX]) -> dict[str, ca.SX]:
+    def _outputs(
+        self, motion: Motion, forces: Forces, acceleration: ca.SX, mass: dict[tuple[int, int], ca.SX]
+    ) -> dict[str, ca.SX]:
         eq = self.eq
         found = {**forces.values, **forces.powers}
         found.update(self._gear_torques(forces, acceleration))

@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 import sympy
 
-from modelgen.equations.records import Equations, Parameter
+from modelgen.equations.records import DerivedParameter, Equations, Parameter
 from modelgen.errors import CaseError, ModelError, NamingError, nearest
 from modelgen.lowering.visitor import Visitor
 from modelgen.units import read_quantity
@@ -32,7 +32,8 @@ class ParameterTable:
         self.derived = {each.name: each for each in equations.derived}
         self.slices: dict[str, slice] = {}
         self.symbols: list[sympy.Symbol] = []
-        for each in (*equations.parameters, *equations.derived):
+        entries: list[Parameter | DerivedParameter] = [*equations.parameters, *equations.derived]
+        for each in entries:
             self.slices[each.name] = slice(len(self.symbols), len(self.symbols) + len(each.symbols))
             self.symbols += each.symbols
         modal = len(equations.groups) ** 2 if equations.modal_ratio else 0

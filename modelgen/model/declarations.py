@@ -70,7 +70,17 @@ class Flange(Declaration):
 Condition = Mapping[str, str | tuple[str, ...]]
 
 
-class Param(Declaration):
+class Switched(Declaration):
+    """What exists for some settings of the element's switches only: ``when`` maps switches to the options that use it."""
+
+    when: Condition
+
+    def exists(self, choices: Mapping[str, Any]) -> bool:
+        """Whether it exists for these settings of the switches."""
+        return all(choices[key] in (value if isinstance(value, tuple) else (value,)) for key, value in self.when.items())
+
+
+class Param(Switched):
     """A number, or with ``series=True`` a row of numbers, with its unit and its lawful range.
 
     ``unit`` is an SI unit text; ``default=None`` means that a value must be given; ``when={"damping": "value"}`` makes the
@@ -101,10 +111,6 @@ class Param(Declaration):
     def symbols(self, length: int | None) -> tuple[sympy.Symbol, ...]:
         return (self.symbol(),) if length is None else tuple(self.symbol(row) for row in range(1, length + 1))
 
-    def exists(self, choices: Mapping[str, Any]) -> bool:
-        """Whether the parameter exists for these settings of the switches."""
-        return all(choices[key] in (value if isinstance(value, tuple) else (value,)) for key, value in self.when.items())
-
     def __get__(self, instance: Element | None, owner: type) -> Any:
         if instance is None:
             return self
@@ -122,19 +128,17 @@ class Choice(Declaration):
         return self if instance is None else instance.choices[self.name]
 
 
-class Orders(Declaration):
+class Orders(Switched):
     """Whole-number harmonics of a clock, fixed when the model is compiled, such as ``(1, 2, 6)``; empty for 1, 2, ..., n."""
 
     def __init__(self, *, when: Condition | None = None, doc: str = "") -> None:
         self.when, self.doc = dict(when or {}), doc
 
-    exists = Param.exists
-
     def __get__(self, instance: Element | None, owner: type) -> Any:
         return self if instance is None else instance.harmonics.get(self.name, ())
 
 
-class Derived(Declaration):
+class Derived(Switched):
     """Parameters computed from others by a named NumPy function, before anything else is evaluated.
 
     ``function(**{name: value})`` receives the SI values of the parameters (and orders, as tuples) named in ``of`` and returns
@@ -153,8 +157,6 @@ class Derived(Declaration):
     ) -> None:
         dimension_of(unit)
         self.unit, self.function, self.of, self.count, self.when, self.doc = unit, function, of, count, dict(when or {}), doc
-
-    exists = Param.exists
 
     def symbols(self, element: Element) -> tuple[sympy.Symbol, ...]:
         return tuple(sympy.Symbol(f"{self.name}_{row}", real=True) for row in range(1, self.count(element) + 1))

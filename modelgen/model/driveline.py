@@ -83,7 +83,9 @@ class Driveline:
         if self.speed is not None:
             put(self, "speed", finite(plain_number(self.speed, f"{where}, speed", "rad/s"), f"{where}, speed"))
             if self.speed <= 0:
-                raise ModelError(where, f"the operating speed is {self.speed:g} rad/s", "give a positive speed: angles count forward")
+                raise ModelError(
+                    where, f"the operating speed is {self.speed:g} rad/s", "give a positive speed: angles count forward"
+                )
         if self.reference is not None and not isinstance(self.reference, str):
             raise ModelError(where, f"the reference shaft is {self.reference!r:.60}", "give the name of an inertia")
         self._check_names(where)
@@ -176,7 +178,9 @@ class Driveline:
         chosen = {e.name for e in self.elements if kind_or_name in (e.name, e.kind)}
         if not chosen:
             known = [*self.names, *{element.kind for element in self.elements}]
-            raise NamingError(f"driveline {self.name!r}", f"has no element or kind {kind_or_name!r}", nearest(kind_or_name, known))
+            raise NamingError(
+                f"driveline {self.name!r}", f"has no element or kind {kind_or_name!r}", nearest(kind_or_name, known)
+            )
         return replace(self, elements=tuple(e.copy(**values) if e.name in chosen else e for e in self.elements))
 
     def include(self, prefix: str, other: Driveline) -> Driveline:

@@ -16,7 +16,7 @@ from typing import Any, ClassVar, TypeVar
 import sympy
 
 from modelgen.errors import ModelError, NamingError, nearest
-from modelgen.model.declarations import Choice, Clock, Declaration, Flange, FlangeSymbols, Guard, Orders, Param
+from modelgen.model.declarations import Choice, Clock, Declaration, Flange, FlangeSymbols, Guard, Orders, Param, Switched
 from modelgen.model.names import identifier
 from modelgen.model.values import Shared, read_value
 
@@ -73,7 +73,9 @@ class Element:
         self.where = f"{self.kind} {name!r}"
         flanges = self.declared(Flange)
         if len(targets) > len(flanges):
-            raise ModelError(self.where, f"is joined to {len(targets)} things", f"it has {len(flanges)} flange(s): {', '.join(flanges)}")
+            raise ModelError(
+                self.where, f"is joined to {len(targets)} things", f"it has {len(flanges)} flange(s): {', '.join(flanges)}"
+            )
         joined = dict(zip(flanges, targets, strict=False))
         for flange in flanges:
             if flange in values:
@@ -82,7 +84,9 @@ class Element:
                 joined[flange] = values.pop(flange)
         for flange, target in joined.items():
             if not isinstance(target, str):
-                raise ModelError(self.where, f"flange {flange!r} is joined to {target!r}", "give the name of an element or element.flange")
+                raise ModelError(
+                    self.where, f"flange {flange!r} is joined to {target!r}", "give the name of an element or element.flange"
+                )
         self.targets: Mapping[str, str] = MappingProxyType(joined)
         self.choices: Mapping[str, str] = MappingProxyType(self._read_choices(values))
         self.harmonics: Mapping[str, tuple[int, ...]] = MappingProxyType(self._read_orders(values))
@@ -149,11 +153,13 @@ class Element:
                 continue
             value = values.pop(key, param.default)
             if value is None:
-                raise ModelError(self.where, f"{key} is missing", f"give it in {param.unit}" if param.unit != "1" else "give a number")
+                raise ModelError(
+                    self.where, f"{key} is missing", f"give it in {param.unit}" if param.unit != "1" else "give a number"
+                )
             read[key] = read_value(value, param, f"{self.where}, {key}")
         return read
 
-    def _refuse_unless_used(self, key: str, declared: Param | Orders) -> None:
+    def _refuse_unless_used(self, key: str, declared: Switched) -> None:
         for switch, allowed in declared.when.items():
             if self.choices[switch] not in (allowed if isinstance(allowed, tuple) else (allowed,)):
                 unused = f"{key} is given, but {switch}={self.choices[switch]!r} does not use it"
@@ -216,7 +222,7 @@ class Element:
     def copy(self, name: str | None = None, **changes: Any) -> Element:
         """The same element with other values, or under another name; a changed switch drops the values it does not use."""
         choices = {**self.choices, **{key: value for key, value in changes.items() if key in self.choices}}
-        declared = {**self.declared(Param), **self.declared(Orders)}
+        declared = self.declared(Switched)
         kept = {key: value for key, value in self.given().items() if key not in declared or declared[key].exists(choices)}
         return type(self)(name or self.name, **{"note": self.note, **kept, **changes})
 
@@ -254,7 +260,9 @@ def _brief(value: Any) -> str:
     return repr(value)
 
 
-def harmonic_rows(where: str, orders: tuple[int, ...], cosine: tuple[Any, ...], sine: tuple[Any, ...]) -> list[tuple[int, Any, Any]]:
+def harmonic_rows(
+    where: str, orders: tuple[int, ...], cosine: tuple[Any, ...], sine: tuple[Any, ...]
+) -> list[tuple[int, Any, Any]]:
     """(order, cosine coefficient, sine coefficient) of a Fourier series; a series left out counts as zeros. Raises ModelError."""
     orders = orders or tuple(range(1, max(len(cosine), len(sine)) + 1))
     if {len(cosine), len(sine)} - {0, len(orders)}:

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from modelgen.errors import ModelFileError, ModelgenError, nearest
-from modelgen.model.declarations import Choice, Orders, Param
+from modelgen.model.declarations import Choice, Param, Switched
 from modelgen.model.driveline import Driveline
 from modelgen.model.element import Element
 from modelgen.model.named import BaseFrequency, NamedParameter, base_frequency
@@ -28,7 +28,18 @@ __all__ = ["model_text", "parse_model", "read_model", "write_model"]
 
 LARGEST_FILE = 1024 * 1024
 DEEPEST = 32
-_TABLES = ("format", "name", "description", "operation", "parameters", "bases", "defaults", "elements", "connections", "assemblies")
+_TABLES = (
+    "format",
+    "name",
+    "description",
+    "operation",
+    "parameters",
+    "bases",
+    "defaults",
+    "elements",
+    "connections",
+    "assemblies",
+)
 _OPERATION = ("speed", "reference", "balance", "drifts")
 
 
@@ -183,7 +194,11 @@ class _Reader:
         self.known(table, ("order", "shaft"), "bases", key)
         order = table.get("order")
         if isinstance(order, bool) or not isinstance(order, (int, str)):
-            raise self.refuse(("bases", key, "order"), f"is {order!r}" if "order" in table else "is missing", 'write a whole number or a fraction such as "1/2"')
+            raise self.refuse(
+                ("bases", key, "order"),
+                f"is {order!r}" if "order" in table else "is missing",
+                'write a whole number or a fraction such as "1/2"',
+            )
         return base_frequency(key, (table.get("shaft"), order))
 
     def parameter(self, key: str, value: Any) -> NamedParameter:
@@ -230,14 +245,18 @@ class _Reader:
         keys = ("elements", name)
         kind = table.get("kind")
         if not isinstance(kind, str) or kind not in Element.vocabulary:
-            raise self.refuse(keys, f"kind is {kind!r:.60}" if "kind" in table else "kind is missing", nearest(str(kind), Element.vocabulary))
+            raise self.refuse(
+                keys, f"kind is {kind!r:.60}" if "kind" in table else "kind is missing", nearest(str(kind), Element.vocabulary)
+            )
         cls = Element.vocabulary[kind]
         given = {**self.usual(cls, table, defaults.get(kind, {})), **table}
         del given["kind"]
         note = self.text_of({"note": given.pop("note", "")}, "note", None, *keys)
         params = cls.declared(Param)
         try:
-            given = {key: self.value(params[key], value, (*keys, key)) if key in params else value for key, value in given.items()}
+            given = {
+                key: self.value(params[key], value, (*keys, key)) if key in params else value for key, value in given.items()
+            }
             return cls(name, note=note, **given)
         except ModelFileError:
             raise
@@ -247,7 +266,7 @@ class _Reader:
     def usual(self, cls: type[Element], table: Mapping[str, Any], defaults: Mapping[str, Any]) -> dict[str, Any]:
         """The defaults of a kind that this element can use: its own switches may leave some of them out."""
         chosen = {key: table.get(key, defaults.get(key, choice.default)) for key, choice in cls.declared(Choice).items()}
-        switched = {**cls.declared(Param), **cls.declared(Orders)}
+        switched = cls.declared(Switched)
         return {key: value for key, value in defaults.items() if key not in switched or switched[key].exists(chosen)}
 
     def value(self, param: Param, value: Any, keys: tuple[str, ...]) -> Any:

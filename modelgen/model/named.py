@@ -57,7 +57,9 @@ def named_parameter(key: str, value: Any) -> NamedParameter:
 
 def _numbers(value: Any, where: str, unit: str = "1") -> float | tuple[float, ...]:
     if isinstance(value, Iterable) and not isinstance(value, (str, bytes)):
-        return tuple(finite(plain_number(entry, f"{where}[{row}]", unit), f"{where}[{row}]") for row, entry in enumerate(value, 1))
+        return tuple(
+            finite(plain_number(entry, f"{where}[{row}]", unit), f"{where}[{row}]") for row, entry in enumerate(value, 1)
+        )
     return finite(plain_number(value, where, unit), where)
 
 

@@ -22,9 +22,11 @@ from modelgen.plots.style import WIDTH, page, sheet, styled
 def draw(driveline: Driveline | Equations) -> Figure:
     """The driveline, drawn. Raises CaseError for something else, ModelError for a driveline that cannot exist.
 
-    >>> from modelgen import load
-    >>> draw(load("fracturing-truck")).get_label()
-    'fracturing-truck: driveline'
+    >>> from modelgen import Driveline, Inertia, Shaft
+    >>> line = Driveline("two_disks", elements=[
+    ...     Inertia("engine", inertia=5.0), Inertia("load", inertia=2.0), Shaft("shaft", "engine", "load", stiffness=1e4)])
+    >>> draw(line).get_label()
+    'two_disks: driveline'
     """
     if not isinstance(driveline, (Driveline, Equations)):
         raise CaseError("draw", f"there is no drawing of a {type(driveline).__name__}", "give a Driveline or its Equations")

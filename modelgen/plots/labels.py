@@ -33,8 +33,8 @@ Box = tuple[float, float, float, float]
 def wrapped(name: str, size: float, width: float) -> list[str]:
     """A name in as few lines as fit a width [cm], of even lengths; a word is never broken.
 
-    >>> wrapped("pump_crank_end_2", 6.5, 1.3)
-    ['pump crank', 'end 2']
+    >>> wrapped("pump_crank_end_2", 6.5, 1.4)
+    ['pump', 'crank end 2']
     """
     return _wrapped(tuple(words(name).split()) or (name,), size, width)
 

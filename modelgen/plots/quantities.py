@@ -21,7 +21,7 @@ _PREFIXED = ("N", "W", "J", "Pa", "m", "Hz")
 DEFINITIONS = {
     "angle": (r"\theta", "angle, rotation included"),
     "angle_deviation": (r"\theta-\Omega t", "angle less uniform rotation"),
-    "elastic_angle": (r"\theta-r\,\Sigma(Jr\theta)/\Sigma(Jr^2)", "elastic angle"),
+    "elastic_angle": (r"\theta_{el}", f"elastic angle θ {MINUS} rΣ(Jrθ)/Σ(Jr²)"),
     "speed": (r"\dot\theta", "speed"),
     "acceleration": (r"\ddot\theta", "angular acceleration"),
     "twist": (r"\theta_a-\theta_b", "twist"),

@@ -51,7 +51,6 @@ SETTINGS = {
     "axes.axisbelow": True,
     "axes.formatter.limits": (-4, 6),
     "axes.formatter.useoffset": False,
-    "axes.formatter.use_mathtext": True,
     "grid.color": "#DDDDDD",
     "grid.linewidth": 0.5,
     "xtick.labelsize": SMALL,

@@ -21,7 +21,7 @@ from modelgen.solvers.watch import Watch
 class Lanes:
     """The runs in the order in which they were asked for.
 
-    ``lowest``, ``highest`` (runs, nx): extremes of each state over the ends and middles of the steps from the first output time on
+    ``lowest``, ``highest`` (runs, nx): extremes of each state over ends and middles of the steps from the first output time on
     (not finite where a run did not get there).
     """
 

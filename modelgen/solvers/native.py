@@ -1,7 +1,7 @@
 """Runs in generated C: the memory of the loop, a watch on it, and an ending with a name.
 
-Part of ``solvers``; the loop itself is ``lowering/native/solver.h``, with the step sizes of ``march`` (rule "smooth") and the outputs
-of ``dense_output``. Here its memory is laid out, its workers are watched (wall clock, cancellation, chatter), and what stopped a
+Part of ``solvers``; the loop itself is ``lowering/native/solver.h``, with the step sizes of ``march`` (rule "smooth") and the
+outputs of ``dense_output``. Here its memory is laid out, its workers are watched (wall clock, cancellation, chatter), and what stopped a
 run is explained at the last good state, on CasADi's virtual machine. ``lanes`` runs many problems through the same loop.
 """
 
@@ -31,7 +31,7 @@ UNTOUCHED = -1
 def solve_native(problem: InitialValueProblem, options: SolverOptions) -> Trajectory:
     """Integrate one problem in generated C: the same steps as ``solve_rk4`` with the rule "smooth", but for rounding.
 
-    Raises CaseError for an option that has no C yet, NoCompilerError without a compiler, LoweringError for an operation without C.
+    Raises CaseError for an option that has no C, NoCompilerError without a compiler, LoweringError for an operation without C.
     """
     watch = Watch(options)  # building counts
     runs = NativeRuns(native_solver(problem.rhs), [problem], options, watch)
@@ -42,7 +42,9 @@ def solve_native(problem: InitialValueProblem, options: SolverOptions) -> Trajec
 class NativeRuns:
     """The arrays that C reads and writes, and the endings of the runs."""
 
-    def __init__(self, solver: NativeSolver, problems: Sequence[InitialValueProblem], options: SolverOptions, watch: Watch) -> None:
+    def __init__(
+        self, solver: NativeSolver, problems: Sequence[InitialValueProblem], options: SolverOptions, watch: Watch
+    ) -> None:
         _check(problems, options)
         self.solver, self.problems, self.options, self.watch = solver, problems, options, watch
         jobs, samples, n = len(problems), problems[0].times.size, solver.states
@@ -110,7 +112,9 @@ class NativeRuns:
         if job < 0:
             return
         scaled = ScaledProblem(self.problems[job])
-        found = chatter(scaled, float(self.facts[job, 0]), self.last[job, 0] / self.problems[job].scale, float(self.facts[job, 1]))
+        found = chatter(
+            scaled, float(self.facts[job, 0]), self.last[job, 0] / self.problems[job].scale, float(self.facts[job, 1])
+        )
         if found is not None:
             self.endings[job] = found
             self.counts[job, COUNTS.index("stop")] = 1
@@ -163,7 +167,9 @@ def _check(problems: Sequence[InitialValueProblem], options: SolverOptions) -> N
     first = problems[0]
     for index, each in enumerate(problems):
         if each.rhs is not first.rhs:
-            raise CaseError(f"lanes, problem {index}", "has another right-hand side than the first", "run other models by themselves")
+            raise CaseError(
+                f"lanes, problem {index}", "has another right-hand side than the first", "run other models by themselves"
+            )
         if each.t0 != first.t0 or each.times.size != first.times.size:
             found = f"starts at {each.t0:g} s with {each.times.size} output times"
             raise CaseError(f"lanes, problem {index}", found, f"the first starts at {first.t0:g} s with {first.times.size}")

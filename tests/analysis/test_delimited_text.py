@@ -36,7 +36,14 @@ def test_a_byte_order_mark_does_not_hide_the_first_column(tmp_path: Path) -> Non
 
 @pytest.mark.parametrize(
     ("written", "plain"),
-    [("MNm/rad", "MN*m/rad"), ("kg·m²", "kg*m^2"), ("kgm2", "kg*m^2"), ("N·m·s/rad", "N*m*s/rad"), ("Nms", "N*m*s"), ("°", "deg")],
+    [
+        ("MNm/rad", "MN*m/rad"),
+        ("kg·m²", "kg*m^2"),
+        ("kgm2", "kg*m^2"),
+        ("N·m·s/rad", "N*m*s/rad"),
+        ("Nms", "N*m*s"),
+        ("°", "deg"),
+    ],
 )
 def test_units_as_people_write_them(written: str, plain: str) -> None:
     assert plain_unit(written) == plain
@@ -44,7 +51,8 @@ def test_units_as_people_write_them(written: str, plain: str) -> None:
 
 def test_a_unit_scales_its_column() -> None:
     table = parse_delimited("k [MNm/rad]\n9,775\n".replace(",", "."))
-    assert table.factor(table.columns[0], "N*m/rad") * table.number(table.rows[0], table.columns[0]) == pytest.approx(9.775e6, rel=1e-15)
+    (column,), (row,) = table.columns, table.rows
+    assert table.factor(column, "N*m/rad") * table.number(row, column) == pytest.approx(9.775e6, rel=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -98,7 +106,7 @@ def test_columns_are_found_by_any_of_their_names() -> None:
 
 
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:
-    with pytest.raises(ModelFileError, match="none.csv: cannot be read: No such file"):
+    with pytest.raises(ModelFileError, match=r"none.csv: cannot be read: No such file"):
         read_delimited(tmp_path / "none.csv")
     with pytest.raises(ModelFileError, match="is no file"):
         read_delimited(tmp_path)

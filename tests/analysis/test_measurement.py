@@ -53,8 +53,8 @@ def test_units_must_be_there_and_fit(tmp_path: Path, header: str, words: str) ->
     [
         ("t [s]", [str(i) for i in range(9)], "has the column 't' only; give channels beside it"),
         ("t [s];x [1]", ["0;1", "1;2"], "has 2 samples; give 8 or more"),
-        ("t [s];x [1]", ["0;1", "1;2", "1;3"], r"line 4, column 't': 1 does not lie beyond the value before; sort the samples by time"),
-        ("phi [deg];x [1]", ["0;1", "719;2", "1;3"], "line 4, column 'phi': 1 does not lie beyond .*; let the angle grow through turns"),
+        ("t [s];x [1]", ["0;1", "1;2", "1;3"], "line 4, column 't': 1 does not lie beyond the value before; sort"),
+        ("phi [deg];x [1]", ["0;1", "719;2", "1;3"], "column 'phi': 1 does not lie beyond .*; let the angle grow through turns"),
     ],
 )
 def test_samples_must_make_a_signal(tmp_path: Path, header: str, rows: list[str], words: str) -> None:
@@ -62,7 +62,9 @@ def test_samples_must_make_a_signal(tmp_path: Path, header: str, rows: list[str]
         read_measurement(table(tmp_path, header, rows))
 
 
-@pytest.mark.parametrize(("row", "words"), [("2;", "line 4, column 'x': is empty"), ("2;nan", "line 4, column 'x': 'nan' is not a number")])
+@pytest.mark.parametrize(
+    ("row", "words"), [("2;", "line 4, column 'x': is empty"), ("2;nan", "line 4, column 'x': 'nan' is not a number")]
+)
 def test_every_sample_is_a_number(tmp_path: Path, row: str, words: str) -> None:
     with pytest.raises(ModelFileError, match=words):
         read_measurement(table(tmp_path, "t [s];x [deg]", ["0;1", "1;1", row]))
@@ -81,7 +83,9 @@ def test_a_measurement_made_in_python_is_checked_too() -> None:
 def test_a_channel_of_another_dimension_or_name() -> None:
     t = np.arange(10.0)
     bench = Measurement("bench", "time", "t", t, {"torque": t}, {"torque": "N*m"}, {"torque": "kNm"})
-    with pytest.raises(UnitError, match="column 'torque': is in kNm, 'shaft.twist' is in rad; compare channels of one dimension"):
+    with pytest.raises(
+        UnitError, match=r"column 'torque': is in kNm, 'shaft.twist' is in rad; compare channels of one dimension"
+    ):
         bench.channel("torque", "rad", "shaft.twist")
     with pytest.raises(ModelgenError, match="column 'torke': there is none; nearest is 'torque'"):
         bench.channel("torke", "N*m", "shaft.torque")

@@ -7,10 +7,25 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from modelgen import Driveline, GearPair, GroundDamper, GroundSpring, Inertia, RigidGear, Shaft, assemble, load, lower, modal, operating_point
-from modelgen.drivelines.equivalent_system import EquivalentTable, equivalent_table
+from modelgen import (
+    Driveline,
+    GearPair,
+    GroundDamper,
+    GroundSpring,
+    HarmonicTorque,
+    Inertia,
+    RigidGear,
+    Shaft,
+    assemble,
+    load,
+    lower,
+    modal,
+    operating_point,
+)
+from modelgen.drivelines.equivalent_system import EquivalentInertia, EquivalentTable, equivalent_table
 from modelgen.drivelines.mass_elastic import read_mass_elastic
 from modelgen.errors import CaseError, ModelFileError
+from modelgen.model import Element, Flange, Param, quantity
 
 
 def table_of(line: Driveline) -> tuple[EquivalentTable, np.ndarray, np.ndarray]:
@@ -25,8 +40,10 @@ def grounded() -> Driveline:
     """A branched train on ground with an elastic mesh, a rigid gear, and a loop of shafts."""
     return Driveline(
         "grounded",
+        speed="600 rpm",
         reference="motor",
         elements=(
+            HarmonicTorque("drive", "motor", mean=100.0),
             Inertia("motor", inertia=2.0),
             Inertia("pinion", inertia=0.1),
             Inertia("wheel", inertia=1.5),
@@ -89,7 +106,11 @@ def test_modal_damping_belongs_to_no_shaft(tmp_path: Path) -> None:
     assert found[1:] == pytest.approx(frequencies[1:], rel=1e-12)
 
 
-def test_a_reference_behind_a_rigid_gear_hands_over_to_the_shaft_that_stands_for_it() -> None:
+@pytest.mark.parametrize(
+    ("reference", "expected"),
+    [("motor", [(1.0, 3.0), (0.5, 1.0)]), ("wheel", [(1.0, 12.0), (1.0, 4.0)]), ("mill", [(2.0, 12.0), (1.0, 4.0)])],
+)
+def test_the_same_train_referred_to_each_of_its_shafts(reference: str, expected: list[tuple[float, float]]) -> None:
     elements = (
         Inertia("motor", inertia=1.0),
         Inertia("wheel", inertia=8.0),
@@ -97,22 +118,57 @@ def test_a_reference_behind_a_rigid_gear_hands_over_to_the_shaft_that_stands_for
         RigidGear("gear", "motor", "wheel", teeth_a=1, teeth_b=2),
         Shaft("output", "wheel", "mill", stiffness=1e4),
     )
-    table, _, _ = table_of(Driveline("geared", reference="wheel", elements=elements))
-    assert table.reference == "motor"
-    assert [(each.name, each.ratio, each.referred) for each in table.inertias] == [("motor", 1.0, 3.0), ("mill", 0.5, 1.0)]
+    table, _, _ = table_of(Driveline("geared", reference=reference, elements=elements))
+    assert table.reference == reference
+    assert [(each.ratio, each.referred) for each in table.inertias] == expected
 
 
 def test_a_ratio_that_no_teeth_make_is_written_and_then_asked_for(tmp_path: Path) -> None:
-    table = EquivalentTable("t", "a", (), ())
-    table = EquivalentTable("t", "a", _inertias(2**-0.5), ())
-    with pytest.raises(ModelFileError, match="0.70710678.* is a decimal, but teeth are whole numbers; write it as a fraction"):
+    inertias = EquivalentInertia("a", 1.0, 1.0, 1.0), EquivalentInertia("b", 1.0, 0.5, 2**-0.5)
+    table = EquivalentTable("t", "a", inertias, ())
+    with pytest.raises(ModelFileError, match=r"0.70710678.* is a decimal, but teeth are whole numbers; write it as a fraction"):
         read_mass_elastic(table.write(tmp_path / "t.csv"), "t")
 
 
-def _inertias(ratio: float) -> tuple[object, ...]:
-    from modelgen.drivelines.equivalent_system import EquivalentInertia
+class WeakeningJoint(Element):
+    """A spring whose stiffness may be negative, and whose mass turns with the sum of both angles."""
 
-    return EquivalentInertia("a", 1.0, 1.0, 1.0), EquivalentInertia("b", 1.0, ratio**2, ratio)
+    a, b = Flange(), Flange()
+    stiffness = Param("N*m/rad")
+    shared = Param("kg*m^2", default=0.0)
+
+    @quantity("rad")
+    def twist(self) -> object:
+        return self.a.angle - self.b.angle
+
+    def torques(self) -> dict[object, object]:
+        return {self.a: -self.stiffness * self.twist, self.b: self.stiffness * self.twist}
+
+    def kinetic_energy(self) -> object:
+        return self.shared * (self.a.speed + self.b.speed) ** 2 / 2
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"stiffness": -10.0}, "system of 'joined': the stiffness of joint is -10 N[*]m/rad; choose an operating point"),
+        ({"stiffness": 10.0, "shared": 0.1}, "inertia couples 'a' and 'b'; tabulate only inertias on single shafts"),
+    ],
+)
+def test_what_is_no_equivalent_system(values: dict[str, float], words: str) -> None:
+    line = Driveline(
+        "joined",
+        reference="a",
+        elements=(
+            Inertia("a", inertia=1.0),
+            Inertia("b", inertia=2.0),
+            WeakeningJoint("joint", "a", "b", **values),
+            GroundSpring("mounting", "b", stiffness=1e3),
+        ),
+    )
+    model = lower(assemble(line))
+    with pytest.raises(CaseError, match=words):
+        equivalent_table(model, operating_point(model))
 
 
 def test_a_table_that_cannot_be_written(tmp_path: Path) -> None:

@@ -140,7 +140,7 @@ HEAD = "name;J [kg*m^2];k [N*m/rad];ratio;to;damping [N*m*s/rad];diameter [mm];s
         (HEAD + "a;1;1;1;b\nb;1;;1;;;80\n", "line 3, column 'diameter': is 80, but no row follows"),
         (HEAD + "a;1;1;1;b;;0\nb;1;;1\n", "line 2, column 'diameter': is 0; give a positive value"),
         (HEAD + "a;1;1;1;b;;;b\nb;1;;1\n", "the name 'b' is given twice"),
-        ("name;J [kg*m^2];k_referred [N*m/rad]\na;1;1\nb;1;\n", "column 'k_referred': stands beside physical inertias; refer J, k and damping"),
+        ("name;J [kg*m^2];k_referred [N*m/rad]\na;1;1\nb;1;\n", "column 'k_referred': stands beside physical inertias; refer"),
         ("name;J_referred [kg*m^2];k [N*m/rad]\na;1;1\nb;1;\n", "column 'k': stands beside referred inertias"),
     ],
 )

@@ -18,7 +18,9 @@ SPEED = 20.0
 
 
 def compiled(torque, **more):
-    return lower(assemble(Driveline("disk", [Inertia("disk", inertia=2.0), torque], speed=SPEED, reference="disk", drifts=True, **more)))
+    return lower(
+        assemble(Driveline("disk", [Inertia("disk", inertia=2.0), torque], speed=SPEED, reference="disk", drifts=True, **more))
+    )
 
 
 def torque_at(model, *times, **values):
@@ -66,7 +68,10 @@ def test_the_mean_is_what_the_operating_point_sees():
 @pytest.mark.parametrize(
     ("rows", "words"),
     [
-        ({"sine": (1.0, 2.0), "cosine": (1.0,)}, "has 1 cosine and 2 sine rows for 2 orders; give one cosine and one sine per order"),
+        (
+            {"sine": (1.0, 2.0), "cosine": (1.0,)},
+            "has 1 cosine and 2 sine rows for 2 orders; give one cosine and one sine per order",
+        ),
         ({"sine": (1.0, 2.0), "orders": (1, 2, 3)}, "has 0 cosine and 2 sine rows for 3 orders"),
     ],
 )

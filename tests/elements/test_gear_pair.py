@@ -198,11 +198,23 @@ def test_the_static_mesh_lies_on_the_loaded_flank():
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({"mesh": "table", "stiffness_table": (1.0,), "stiffness_orders": (1,)}, "stiffness_orders is given, but mesh='table' does not"),
-        ({"mesh": "table", "stiffness_table": (1.0,), **STIFF}, "mean_stiffness is given, but mesh='table' does not use it; drop it or"),
+        (
+            {"mesh": "table", "stiffness_table": (1.0,), "stiffness_orders": (1,)},
+            "stiffness_orders is given, but mesh='table' does not",
+        ),
+        (
+            {"mesh": "table", "stiffness_table": (1.0,), **STIFF},
+            "mean_stiffness is given, but mesh='table' does not use it; drop it or",
+        ),
         ({"mesh": "table", "stiffness_table": (1.0, 0.0)}, "'mesh', stiffness_table.2.: is 0 N/m; give a positive value"),
-        ({"radii": "given", "base_radius_a": 0.1, "mesh": "geometry", "face_width": 0.1}, "geometry_rows follows from module, which its"),
-        ({"stiffness_cosine": (1.0, 2.0), "stiffness_sine": (1.0,), **STIFF}, "has 2 cosine and 1 sine rows for 2 orders; give one"),
+        (
+            {"radii": "given", "base_radius_a": 0.1, "mesh": "geometry", "face_width": 0.1},
+            "geometry_rows follows from module, which its",
+        ),
+        (
+            {"stiffness_cosine": (1.0, 2.0), "stiffness_sine": (1.0,), **STIFF},
+            "has 2 cosine and 1 sine rows for 2 orders; give one",
+        ),
     ],
 )
 def test_parameters_that_do_not_fit(given, words):

@@ -11,7 +11,9 @@ from modelgen.model import Driveline
 
 
 def test_torque_is_inertia_times_acceleration():
-    model = lower(assemble(Driveline("one", [Inertia("disk", inertia="20 kg*m^2"), HarmonicTorque("push", "disk", mean="1 kN*m")])))
+    model = lower(
+        assemble(Driveline("one", [Inertia("disk", inertia="20 kg*m^2"), HarmonicTorque("push", "disk", mean="1 kN*m")]))
+    )
     assert model.evaluate(0.0, [0.0, 0.0], model.parameters.vector())["disk.acceleration"] == pytest.approx(50.0)
 
 

@@ -60,7 +60,11 @@ def test_a_closed_loop_of_agreeing_gears_is_lawful():
     ("mesh", "teeth", "words"),
     [
         ("internal", 31, "closes a loop of rigid gears whose ratios do not agree; check the tooth numbers on the loop"),
-        ("external", 30, "closes a loop of gears whose senses of rotation contradict; an even number of external gear pairs must lie"),
+        (
+            "external",
+            30,
+            "closes a loop of gears whose senses of rotation contradict; an even number of external gear pairs must lie",
+        ),
     ],
 )
 def test_a_loop_that_cannot_turn(mesh, teeth, words):

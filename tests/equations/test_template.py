@@ -51,7 +51,11 @@ FOREIGN = sympy.Symbol("k_of_mine")
 UNKNOWN = sympy.Function("friction")
 WRONG = [
     # units
-    ({"torques": lambda s: {s.a: s.stiffness * s.a.speed}}, UnitError, r"torque on a is .*\[kg\*m\^2/s\^3\]; its unit is N\*m \[kg\*m\^2/s\^2\]"),
+    (
+        {"torques": lambda s: {s.a: s.stiffness * s.a.speed}},
+        UnitError,
+        r"torque on a is .*\[kg\*m\^2/s\^3\]; its unit is N\*m \[kg\*m\^2/s\^2\]",
+    ),
     ({"torques": lambda s: {s.a: s.inertia}}, UnitError, r"torque on a is inertia \[kg\*m\^2\]; its unit is N\*m"),
     (
         {"torques": lambda s: {s.a: s.stiffness * (s.twist + s.a.speed)}},
@@ -59,28 +63,72 @@ WRONG = [
         r"torque on a adds .*a.speed \[1/s\].*; did you mean a speed where an angle stands",
     ),
     ({"energy": law("J")(lambda s: s.stiffness + s.inertia)}, UnitError, r"energy adds .*; check the units of its parameters"),
-    ({"wave": law("1")(lambda s: sympy.sin(s.stiffness))}, UnitError, r"wave takes a function or power of stiffness \[.*\]; make the argument"),
+    (
+        {"wave": law("1")(lambda s: sympy.sin(s.stiffness))},
+        UnitError,
+        r"wave takes a function or power of stiffness \[.*\]; make the argument",
+    ),
     ({"wave": law("1")(lambda s: s.ratio**s.stiffness)}, UnitError, r"wave takes a function or power of stiffness \[.*\]"),
-    ({"wave": law("1")(lambda s: s.stiffness**s.ratio)}, UnitError, r"wave raises stiffness \[.*\] to ratio; only numbers may have such powers"),
+    (
+        {"wave": law("1")(lambda s: s.stiffness**s.ratio)},
+        UnitError,
+        r"wave raises stiffness \[.*\] to ratio; only numbers may have such powers",
+    ),
     ({"wave": law("1")(lambda s: sympy.Max(s.ratio, s.a.speed))}, UnitError, r"wave compares "),
-    ({"wave": law("1")(lambda s: sympy.Piecewise((s.ratio, s.twist > 0), (s.a.speed, True)))}, UnitError, r"wave chooses between "),
+    (
+        {"wave": law("1")(lambda s: sympy.Piecewise((s.ratio, s.twist > 0), (s.a.speed, True)))},
+        UnitError,
+        r"wave chooses between ",
+    ),
     ({"wave": law("1")(lambda s: sympy.Piecewise((s.ratio, s.twist > s.a.speed), (1, True)))}, UnitError, r"wave compares "),
-    ({"wave": law("1")(lambda s: UNKNOWN(s.ratio))}, UnitError, r"wave uses friction, whose dimension is not known; write it with ordinary"),
-    ({"wave": law("1")(lambda s: sympy.Integral(s.ratio, s.ratio))}, UnitError, r"wave uses Integral, whose dimension is not known"),
-    ({"wave": law("1")(lambda s: s.ratio / sympy.Integer(0))}, UnitError, r"wave uses ComplexInfinity, whose dimension is not known"),
+    (
+        {"wave": law("1")(lambda s: UNKNOWN(s.ratio))},
+        UnitError,
+        r"wave uses friction, whose dimension is not known; write it with ordinary",
+    ),
+    (
+        {"wave": law("1")(lambda s: sympy.Integral(s.ratio, s.ratio))},
+        UnitError,
+        r"wave uses Integral, whose dimension is not known",
+    ),
+    (
+        {"wave": law("1")(lambda s: s.ratio / sympy.Integer(0))},
+        UnitError,
+        r"wave uses ComplexInfinity, whose dimension is not known",
+    ),
     ({"stored_energy": lambda s: s.stiffness * s.a.speed}, UnitError, r"stored_energy is .*; its unit is J"),
     ({"dissipated_power": lambda s: s.stiffness * s.twist**2}, UnitError, r"dissipated_power is .*; its unit is W"),
     ({"inertias": lambda s: {s.a: s.stiffness}}, UnitError, r"inertia on a is stiffness \[.*\]; its unit is kg\*m\^2"),
     ({"kinetic_energy": lambda s: s.stiffness * s.a.speed**2}, UnitError, r"inertia on a is .*; its unit is kg\*m\^2"),
     ({"constraints": lambda s: [s.stiffness * s.a.angle - s.b.angle]}, UnitError, r"constraint adds "),
-    ({"slip": State("rad"), "rates": lambda s: {s.slip: s.twist}}, UnitError, r"rate of slip times a second is .*; its unit is rad"),
-    ({"wave": quantity("N*m", mean=lambda s: s.ratio)(lambda s: s.stiffness * TIME * s.a.speed)}, UnitError, "mean of wave is ratio"),
+    (
+        {"slip": State("rad"), "rates": lambda s: {s.slip: s.twist}},
+        UnitError,
+        r"rate of slip times a second is .*; its unit is rad",
+    ),
+    (
+        {"wave": quantity("N*m", mean=lambda s: s.ratio)(lambda s: s.stiffness * TIME * s.a.speed)},
+        UnitError,
+        "mean of wave is ratio",
+    ),
     # symbols
-    ({"torques": lambda s: {s.a: FOREIGN * s.twist}}, ModelError, "torque on a uses k_of_mine; use only the element's own declarations"),
-    ({"wave": law()(lambda s: sympy.Symbol("stiffness") * s.twist)}, ModelError, "wave uses stiffness; use only the element's own decl"),
+    (
+        {"torques": lambda s: {s.a: FOREIGN * s.twist}},
+        ModelError,
+        "torque on a uses k_of_mine; use only the element's own declarations",
+    ),
+    (
+        {"wave": law()(lambda s: sympy.Symbol("stiffness") * s.twist)},
+        ModelError,
+        "wave uses stiffness; use only the element's own decl",
+    ),
     ({"torques": lambda s: {s.a: "k * u"}}, ModelError, r"torque on a is 'k \* u'; return a SymPy expression"),
     ({"torques": lambda s: {s.a: True}}, ModelError, r"torque on a is True; return a SymPy expression"),
-    ({"torques": lambda s: {s.a.angle: 0}}, ModelError, r"torques names a.angle; use the element's own flanges as keys, such as self.a"),
+    (
+        {"torques": lambda s: {s.a.angle: 0}},
+        ModelError,
+        r"torques names a.angle; use the element's own flanges as keys, such as self.a",
+    ),
     ({"torques": lambda s: {"a": 0}}, ModelError, r"torques names 'a'; use the element's own flanges as keys"),
     # quantities
     (
@@ -101,16 +149,32 @@ WRONG = [
         ModelError,
         r"inertia on a depends on a.angle; an inertia that depends on angle belongs in kinetic_energy\(\)",
     ),
-    ({"kinetic_energy": lambda s: s.inertia * s.a.speed**3 / s.b.speed}, ModelError, "kinetic energy is not quadratic in the speeds; write"),
+    (
+        {"kinetic_energy": lambda s: s.inertia * s.a.speed**3 / s.b.speed},
+        ModelError,
+        "kinetic energy is not quadratic in the speeds; write",
+    ),
     (
         {"kinetic_energy": lambda s: s.inertia * s.a.speed**2 * sympy.sin(TIME * s.b.speed)},
         ModelError,
         "kinetic energy depends on t; write it with parameters, flange angles and speeds",
     ),
-    ({"constraints": lambda s: [s.a.angle**2 - s.b.angle**2]}, ModelError, r"constraint .* is no linear combination of angles; write n_a"),
-    ({"constraints": lambda s: [s.a.angle - s.b.angle + s.ratio]}, ModelError, r"constraint .* is no linear combination of angles"),
+    (
+        {"constraints": lambda s: [s.a.angle**2 - s.b.angle**2]},
+        ModelError,
+        r"constraint .* is no linear combination of angles; write n_a",
+    ),
+    (
+        {"constraints": lambda s: [s.a.angle - s.b.angle + s.ratio]},
+        ModelError,
+        r"constraint .* is no linear combination of angles",
+    ),
     ({"constraints": lambda s: [s.a.speed - s.b.speed]}, ModelError, r"constraint .* is no linear combination of angles"),
-    ({"modal_damping": lambda s: 2 * s.ratio}, ModelError, r"modal damping is 2\*ratio; return one of the element's own parameters, or None"),
+    (
+        {"modal_damping": lambda s: 2 * s.ratio},
+        ModelError,
+        r"modal damping is 2\*ratio; return one of the element's own parameters, or None",
+    ),
     ({"modal_damping": lambda s: 0.05}, ModelError, r"modal damping is 0.05; return one of the element's own parameters"),
     # own states
     ({"slip": State("rad")}, ModelError, "has own states without a rate, or rates without a state; give one rate per State"),
@@ -136,7 +200,9 @@ def test_a_quantity_may_not_have_the_name_of_a_channel_that_every_disk_has():
         def inertias(self):
             return {self.flange: self.inertia}
 
-    with pytest.raises(ModelError, match=r"^flywheel 'disk': names a quantity 'angle', which modelgen adds itself; rename the quantity"):
+    with pytest.raises(
+        ModelError, match=r"^flywheel 'disk': names a quantity 'angle', which modelgen adds itself; rename the quantity"
+    ):
         assemble(Driveline("line", [Flywheel("disk", inertia=1.0)]))
 
 
@@ -152,7 +218,9 @@ def test_a_derived_parameter_needs_what_it_follows_from():
             return {self.flange: self.moment if self.known == "inertia" else self.weight[0] * self.radius**2}
 
     assert assemble(Driveline("line", [Disk("disk", radius=2.0)])).derived[0].name == "disk.weight"
-    with pytest.raises(ModelError, match=r"^disk 'disk': weight follows from radius, which its switches leave out; change the switches"):
+    with pytest.raises(
+        ModelError, match=r"^disk 'disk': weight follows from radius, which its switches leave out; change the switches"
+    ):
         assemble(Driveline("line", [Disk("disk", known="inertia", moment=1.0)]))
 
 
@@ -242,7 +310,14 @@ def test_an_inertia_may_be_a_named_quantity():
         def inertias(self):
             return {self.flange: self.moment}
 
-    line = Driveline("line", [Ring("ring", mass=2.0, radius=3.0), Inertia("disk", inertia=1.0), Shaft("s", "ring", "disk", stiffness=8.0, damping_ratio=0.1)])
+    line = Driveline(
+        "line",
+        [
+            Ring("ring", mass=2.0, radius=3.0),
+            Inertia("disk", inertia=1.0),
+            Shaft("s", "ring", "disk", stiffness=8.0, damping_ratio=0.1),
+        ],
+    )
     model = lower(assemble(line))
     now = model.evaluate(0.0, [0.0] * 4, model.parameters.vector())
     assert now["s.viscous_coefficient"] == pytest.approx(2 * 0.1 * (8 * 18 / 19) ** 0.5, rel=1e-15)

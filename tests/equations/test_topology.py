@@ -33,12 +33,36 @@ WRONG = [
     # joints
     (line(), ModelError, "driveline 'line': has no elements; add inertias and what joins them"),
     (line(ONE, TWO, Shaft("s", "one", stiffness=1.0)), ModelError, "inertia 'two': is joined to nothing; give flange="),
-    (line(ONE, Shaft("s", "one", stiffness=1.0)), ModelError, "shaft 's': flange 'b' is joined to nothing; give b=\"name of an element\" or"),
-    (line(ONE, shaft("s", "one", "twoo"), TWO), NamingError, "shaft 's', flange 'b': is joined to 'twoo', but there is no element 'twoo';"),
-    (line(ONE, shaft("s", "one", "two.b"), TWO), NamingError, "shaft 's', flange 'b': inertia 'two' has no flange 'b'; known are flange"),
-    (line(ONE, shaft("s", "one", "t"), shaft("t", "one", "s.b")), ModelError, "shaft 's', flange 'b': is joined to 't', which has 2 flanges;"),
-    (line(ONE, shaft("s", "one", "s.a")), ModelError, "shaft 's': flange 'b' is joined to the element itself; join it to another element"),
-    (line(ONE, shaft("s", "one", "one")), ModelError, "shaft 's': its flanges 'a' and 'b' are joined to each other; join them to different"),
+    (
+        line(ONE, Shaft("s", "one", stiffness=1.0)),
+        ModelError,
+        "shaft 's': flange 'b' is joined to nothing; give b=\"name of an element\" or",
+    ),
+    (
+        line(ONE, shaft("s", "one", "twoo"), TWO),
+        NamingError,
+        "shaft 's', flange 'b': is joined to 'twoo', but there is no element 'twoo';",
+    ),
+    (
+        line(ONE, shaft("s", "one", "two.b"), TWO),
+        NamingError,
+        "shaft 's', flange 'b': inertia 'two' has no flange 'b'; known are flange",
+    ),
+    (
+        line(ONE, shaft("s", "one", "t"), shaft("t", "one", "s.b")),
+        ModelError,
+        "shaft 's', flange 'b': is joined to 't', which has 2 flanges;",
+    ),
+    (
+        line(ONE, shaft("s", "one", "s.a")),
+        ModelError,
+        "shaft 's': flange 'b' is joined to the element itself; join it to another element",
+    ),
+    (
+        line(ONE, shaft("s", "one", "one")),
+        ModelError,
+        "shaft 's': its flanges 'a' and 'b' are joined to each other; join them to different",
+    ),
     (
         line(ONE, RigidGear("g", "one", "one", teeth_a=2, teeth_b=3)),
         ModelError,
@@ -78,12 +102,22 @@ WRONG = [
         "element '[gh]': closes a loop whose gear ratios do not agree; check the tooth numbers on the loop",
     ),
     (
-        line(ONE, TWO, THREE, gear("g", "one", "two", 20, 40), gear("h", "two", "three", 20, 40), gear("k", "three", "one", 40, 10), **TURNING),
+        line(
+            ONE,
+            TWO,
+            THREE,
+            gear("g", "one", "two", 20, 40),
+            gear("h", "two", "three", 20, 40),
+            gear("k", "three", "one", 40, 10),
+            **TURNING,
+        ),
         ModelError,
         "gear_pair 'k': closes a loop of gears whose senses of rotation contradict; an even number of external gear pairs",
     ),
     (
-        line(ONE, TWO, RigidGear("g", "one", "two", teeth_a=20, teeth_b=40), RigidGear("h", "one", "two", teeth_a=20, teeth_b=41)),
+        line(
+            ONE, TWO, RigidGear("g", "one", "two", teeth_a=20, teeth_b=40), RigidGear("h", "one", "two", teeth_a=20, teeth_b=41)
+        ),
         ModelError,
         "rigid_gear '[gh]': closes a loop of rigid gears whose ratios do not agree; check the tooth numbers on the loop",
     ),
@@ -150,8 +184,13 @@ def test_a_loop_of_agreeing_elastic_gears_is_lawful():
 
 
 def test_joined_flanges_share_a_node():
-    equations = assemble(line(ONE, TWO, shaft("s", "one", "two"), shaft("t", "s.a", "s.b"), HarmonicTorque("load", "t.b", mean=1.0)))
-    assert [node.flanges for node in equations.nodes] == [("one.flange", "s.a", "t.a"), ("two.flange", "s.b", "t.b", "load.flange")]
+    equations = assemble(
+        line(ONE, TWO, shaft("s", "one", "two"), shaft("t", "s.a", "s.b"), HarmonicTorque("load", "t.b", mean=1.0))
+    )
+    assert [node.flanges for node in equations.nodes] == [
+        ("one.flange", "s.a", "t.a"),
+        ("two.flange", "s.b", "t.b", "load.flange"),
+    ]
     assert [node.name for node in equations.nodes] == ["one", "two"]
 
 

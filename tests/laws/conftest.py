@@ -53,7 +53,9 @@ def settings() -> list[Setting]:
         for options in itertools.product(*(choice.options for choice in choices.values())):
             setting = Setting(kind, tuple(zip(choices, options, strict=True)))
             params = cls.declared(Param)
-            needs = {of for derived in cls.declared(Derived).values() if setting.exists(derived) for of in derived.of if of in params}
+            needs = {
+                of for derived in cls.declared(Derived).values() if setting.exists(derived) for of in derived.of if of in params
+            }
             if all(setting.exists(params[of]) for of in needs):
                 found.append(setting)
     return found
@@ -97,8 +99,8 @@ class Bench:
     def book(self) -> ca.Function:
         """(t, x, p) -> one row per entry of BOOKS.
 
-        "explicit" is the part of the stored energy's rate that is there when nothing moves: the derivative by time with all angles
-        held, so without the uniform rotation that the states are counted from.
+        "explicit" is the part of the stored energy's rate that is there when nothing moves: the derivative by time with all
+        angles held, so without the uniform rotation that the states are counted from.
         """
         e, model = self.model.expressions, self.model
         out = {name: e["outputs"][model.output_index(f"total.{name}")] for name in TOTALS}

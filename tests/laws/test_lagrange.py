@@ -1,6 +1,6 @@
 """The assembly against Lagrange: small drivelines derived again from energies alone, by SymPy's LagrangesMethod.
 
-The elements' torques are not used (but for the applied ones): T - V and Rayleigh's function R = P/2 of the dissipated power P give
+The elements' torques are not used, but for the applied ones: T - V and Rayleigh's function R = P/2 of the dissipated power P give
 d/dt dL/dq' - dL/dq + dR/dq' = Q + lambda dg/dq, with a Lagrange multiplier for every rigid gear.
 """
 
@@ -195,10 +195,17 @@ def lagrange(case, t, angles, speeds):
     loads, constraints = [], []
     for element in case.elements:
         law = build_template(element).law
-        known = {symbol: value for key, param in element.declared(Param).items() if key in element.values for symbol, value in values(element, key)}
+        known = {
+            symbol: value
+            for key, param in element.declared(Param).items()
+            if key in element.values
+            for symbol, value in values(element, key)
+        }
         for flange, target in ((f, element.targets.get(f, element.name)) for f in element.declared(Flange)):
             symbols = getattr(element, flange)
-            known.update({symbols.angle: q[target], symbols.speed: rate[target], symbols.inertia: case.seen.get(target, sympy.nan)})
+            known.update(
+                {symbols.angle: q[target], symbols.speed: rate[target], symbols.inertia: case.seen.get(target, sympy.nan)}
+            )
         frequency = case.frequencies.get(element.name, 0)
         for clock in ("base", "contact"):
             if hasattr(element, clock):

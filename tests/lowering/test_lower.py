@@ -36,7 +36,7 @@ def geared(**more):
             stiffness_sine=(-3e4, 1e4), damping_ratio=0.08, error_amplitude=2e-4, error_phase=0.7, half_backlash=5e-5,
             viscous="contact_only",
         ),
-        HarmonicTorque("firing", "engine", mean=5.0, sine="rows", cosine=(1.0, 2.0, 3.0), orders=(1, 2, 5), phase=0.3, base="cycle"),
+        HarmonicTorque("firing", "engine", mean=5, sine="rows", cosine=(1.0, 2.0, 3), orders=(1, 2, 5), phase=0.3, base="cycle"),
         GroundDamper("drag", "wheel", damping=0.3),
         SteppedTorque("load", "wheel", shape="ramp", after=-6.0, at=0.1, duration=0.5),
     ]  # fmt: skip
@@ -109,7 +109,9 @@ def test_accelerations_agree_with_the_laws_as_written(model, p):
                 total[target] += torque
                 size[target] += abs(torque)
         for name in seen:
-            assert now[f"{name}.acceleration"] == pytest.approx(float(total[name] / seen[name]), abs=1e-13 * float(size[name] / seen[name]))
+            assert now[f"{name}.acceleration"] == pytest.approx(
+                float(total[name] / seen[name]), abs=1e-13 * float(size[name] / seen[name])
+            )
 
 
 def assembled_series(element):
@@ -188,7 +190,12 @@ def pair(*more, **given):
 
 def test_shafts_that_see_only_speeds_turn_freely():
     model = pair(ViscousCoupling("coupling", "left", "right", drag=3.0), speed=10.0, reference="right")
-    assert model.states == ("right.angle_deviation", "left.angle_deviation", "right.angle_deviation_rate", "left.angle_deviation_rate")
+    assert model.states == (
+        "right.angle_deviation",
+        "left.angle_deviation",
+        "right.angle_deviation_rate",
+        "left.angle_deviation_rate",
+    )
     assert model.equations.rigid == (0, 1)
     p = model.parameters.vector()
     assert model.rhs(0.0, [5.0, -7.0, 0.0, 1.0], p).tolist() == [0.0, 1.0, 0.75, -1.5]
@@ -348,10 +355,15 @@ def test_expressions_follow_what_they_depend_on(model):
 
 def test_derived_parameters_follow_the_teeth():
     gear = GearPair("mesh", "a", "b", teeth_a=26, teeth_b=46, module=0.007, mesh="geometry", face_width=0.11)
-    model = lower(assemble(Driveline("pair", [Inertia("a", inertia=1.0), Inertia("b", inertia=1.0), gear], speed=1.0, reference="a")))
+    model = lower(
+        assemble(Driveline("pair", [Inertia("a", inertia=1.0), Inertia("b", inertia=1.0), gear], speed=1.0, reference="a"))
+    )
     wide = value(model, "mesh.geometry_rows", **{"mesh.face_width": 0.22})
     assert wide == pytest.approx(2 * value(model, "mesh.geometry_rows"), rel=1e-12)
-    with pytest.raises(NamingError, match=r"^parameter 'mesh.geometry_rows': is derived from others; set mesh.teeth_a or mesh.teeth_b or mesh.module or"):
+    with pytest.raises(
+        NamingError,
+        match=r"^parameter 'mesh.geometry_rows': is derived from others; set mesh.teeth_a or mesh.teeth_b or mesh.module or",
+    ):
         model.parameters.vector({"mesh.geometry_rows": 1.0})
     with pytest.raises(ModelError, match="gear"):
         model.parameters.vector({"mesh.profile_shift_a": 50.0})
@@ -371,7 +383,11 @@ def test_derived_parameters_follow_the_teeth():
         ({"zeta": np.nan}, CaseError, "parameter 'zeta': nan is not finite; give finite numbers"),
         ({"zeta": None}, CaseError, "parameter 'zeta': None is not finite; give finite numbers"),
         ({"zeta": {}}, CaseError, "parameter 'zeta': {} is not a number; give a number"),
-        ({"shaft.stiffness": 10**400}, CaseError, "parameter 'shaft.stiffness': 1000.* is not a number; give a number in N.m/rad"),
+        (
+            {"shaft.stiffness": 10**400},
+            CaseError,
+            "parameter 'shaft.stiffness': 1000.* is not a number; give a number in N.m/rad",
+        ),
         ({"shaft.stiffness": "5"}, UnitError, "parameter 'shaft.stiffness': 5.0 has no unit"),
         ({"shaft.stiffness": "5 kg"}, UnitError, "parameter 'shaft.stiffness': 'kg' has the dimension"),
         ({"shaft.stiffness": 0.0}, ModelError, "parameter 'shaft.stiffness': is 0.0 N.m/rad; give a positive value"),
@@ -401,7 +417,9 @@ def test_an_expression_that_has_no_value_is_refused_when_it_gets_none():
 
 
 def test_the_fingerprint_is_of_what_is_computed_not_of_values(model):
-    other = geared(parameters={"zeta": 0.2, "rows": ROWS, "light": "9 kg*m^2", "heavy": NamedParameter(expression="2*light")}, speed=99.0)
+    other = geared(
+        parameters={"zeta": 0.2, "rows": ROWS, "light": "9 kg*m^2", "heavy": NamedParameter(expression="2*light")}, speed=99.0
+    )
     assert lower(assemble(other)).fingerprint == model.fingerprint
     assert len(model.fingerprint) == 64
     assert lower(assemble(other.change("mesh", viscous="always"))).fingerprint != model.fingerprint
@@ -419,7 +437,9 @@ def test_the_fingerprint_is_the_same_in_every_process():
     found = {lower(assemble(load("fracturing-truck"))).fingerprint}
     for seed in ("1", "2"):
         environment = {**os.environ, "PYTHONHASHSEED": seed}
-        done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, env=environment, timeout=60, check=True)
+        done = subprocess.run(
+            [sys.executable, "-c", script], capture_output=True, text=True, env=environment, timeout=60, check=True
+        )
         found.add(done.stdout.strip())
     assert len(found) == 1
 

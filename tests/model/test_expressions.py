@@ -12,7 +12,7 @@ import pytest
 import sympy
 
 from modelgen.errors import ModelFileError, NamingError
-from modelgen.model import expressions
+from modelgen.model.expression_text import FUNCTIONS
 from modelgen.model.expressions import read_expression, write_expression
 
 x, y, stiffness = sympy.symbols("x y shaft.stiffness", real=True)
@@ -83,7 +83,7 @@ def test_meaning(text: str, meant: sympy.Expr) -> None:
 )
 def test_value_is_what_arithmetic_says(text: str) -> None:
     values = {"x": 1.3, "y": 0.7, "inertia": 2.5}
-    functions = {name: numeric for name, (_, numeric) in expressions._FUNCTIONS.items()}
+    functions = {name: numeric for name, (_, numeric) in FUNCTIONS.items()}
     expected = eval(text.replace("shaft.stiffness", "4e4"), functions | values | {"pi": math.pi})
     numbers = {TABLE[name]: value for name, value in values.items()} | {stiffness: 4e4}
     assert float(read(text).xreplace({s: sympy.Float(v) for s, v in numbers.items()})) == pytest.approx(expected, rel=1e-13)
@@ -330,7 +330,7 @@ _LEAVES = [*TABLE, *TABLE, *TABLE, "pi", "0", "1", "2", "7", "30", "(1/3)", "(9/
 _FORMS = [
     "(? + ?)", "(? - ?)", "(? + ? - ?)", "?*?", "?*?*?", "?/(?)", "(-?)", "(?)**2", "(?)**3", "(?)**(-1)", "sqrt(?)",
     "(?)**(-1/2)", "(?)**(2/3)", "(?)**1.5", "(?)**pi", "(?)**(-20)", "(?)**(?)", "min(?, ?)", "max(?, ?)", "atan2(?, ?)",
-    *(f"{name}(?)" for name in expressions._FUNCTIONS if name not in ("min", "max", "atan2")),
+    *(f"{name}(?)" for name in FUNCTIONS if name not in ("min", "max", "atan2")),
 ]  # fmt: skip
 
 

@@ -112,7 +112,11 @@ def values(param, rng):
 def everything():
     """A driveline that uses every element in every setting of its switches, and everything else that a file can hold."""
     rng, elements = np.random.default_rng(8), [Inertia("hub", inertia=1 / 3, note='a "quoted" note\nof two lines, ä')]
-    parameters = {"shared": NamedParameter(0.1 + 0.2, note="x"), "rows": NamedParameter(AWKWARD, "N*m"), "twice": NamedParameter(0.0, "m", "2*length")}
+    parameters = {
+        "shared": NamedParameter(0.1 + 0.2, note="x"),
+        "rows": NamedParameter(AWKWARD, "N*m"),
+        "twice": NamedParameter(0.0, "m", "2*length"),
+    }
     parameters["length"] = NamedParameter(1e-300, "m")
     for cls in [each for each in Element.vocabulary.values() if each.__module__.startswith("modelgen.")]:
         switches = cls.declared(Choice)
@@ -139,7 +143,11 @@ def everything():
     )
 
 
-LINES = {"everything": everything, "text": lambda: parse_model(TEXT), **{name: lambda name=name: load(name) for name in catalogue()}}
+LINES = {
+    "everything": everything,
+    "text": lambda: parse_model(TEXT),
+    **{name: lambda name=name: load(name) for name in catalogue()},
+}
 
 
 @pytest.mark.parametrize("name", LINES)
@@ -188,7 +196,10 @@ WRONG = [
     (changed('name = "pair"', "name = 5"), 'pair.toml, line 2, .name.: is 5; write name = "..."'),
     (changed('name = "pair"\n', ""), "pair.toml, .name.: is missing; write name ="),
     (changed('name = "pair"', 'name = "my pair"'), r"name 'my pair' holds ' ' \(SPACE\) at character 3; write 'my_pair'"),
-    (changed('name = "pair"', 'name = "pair"\nx = = 3'), r"pair.toml: is not TOML: Invalid value \(at line 3, column 5\); see toml.io"),
+    (
+        changed('name = "pair"', 'name = "pair"\nx = = 3'),
+        r"pair.toml: is not TOML: Invalid value \(at line 3, column 5\); see toml.io",
+    ),
     (changed("zeta = 0.05", "zeta = 0.05\nzeta = 0.06"), r"is not TOML: Cannot overwrite a value \(at line 15, column 12\)"),
     (TEXT + "[elements.pump]\n", r"is not TOML: Cannot declare \('elements', 'pump'\) twice \(at line 60"),
     (changed('name = "pair"', 'name = "pair"\ncolor = 3'), "pair.toml: has an unknown key 'color'; known are format, name"),
@@ -199,7 +210,10 @@ WRONG = [
     (changed("zeta = 0.05", "zeta" + ".x" * 3000 + " = 1"), "nests deeper than 32; model files are flat"),
     # operation
     (changed('"1500 rpm"', "1500"), r"line 5, \[operation.speed\]: is 1500; give it with a unit, such as \"1900 rpm\""),
-    (changed('"1500 rpm"', '"1500"'), "pair.toml: driveline 'pair', speed: 1500.0 has no unit; write \"1500.0 rad/s\" or another unit"),
+    (
+        changed('"1500 rpm"', '"1500"'),
+        "pair.toml: driveline 'pair', speed: 1500.0 has no unit; write \"1500.0 rad/s\" or another unit",
+    ),
     (changed('"1500 rpm"', '"25 Hz"'), "speed: 'Hz' is ambiguous for an angular speed; write rad/s, rpm or turn/s"),
     (changed('"1500 rpm"', '"-1500 rpm"'), "the operating speed is -157.08 rad/s; give a positive speed"),
     (changed('reference = "engine"', "reference = 5"), r"line 6, \[operation.reference\]: is 5; write reference ="),
@@ -207,55 +221,133 @@ WRONG = [
     (changed('balance = ["load"]', 'balance = ["lode"]'), "driveline 'pair': has no element 'lode'; nearest is 'load'"),
     (changed('balance = ["load"]', 'balance = ["pump"]'), "inertia 'pump': is no load that can be scaled"),
     (after("operation", 'drifts = "yes"'), r"line 5, \[operation.drifts\]: is 'yes'; write true or false"),
-    (after("operation", "gear = 2"), r"line 4, \[operation\]: has an unknown key 'gear'; known are speed, reference, balance, drifts"),
+    (
+        after("operation", "gear = 2"),
+        r"line 4, \[operation\]: has an unknown key 'gear'; known are speed, reference, balance, drifts",
+    ),
     # base frequencies
-    (changed('order = "3/2"', "order = 1.5"), r"line 11, \[bases.order.order\]: is 1.5; write a whole number or a fraction such as \"1/2\""),
-    (changed('order = "3/2"', 'order = "1e999999999"'), "base frequency 'order': the order is '1e999999999'; give a positive fraction"),
+    (
+        changed('order = "3/2"', "order = 1.5"),
+        r"line 11, \[bases.order.order\]: is 1.5; write a whole number or a fraction such as \"1/2\"",
+    ),
+    (
+        changed('order = "3/2"', 'order = "1e999999999"'),
+        "base frequency 'order': the order is '1e999999999'; give a positive fraction",
+    ),
     (changed('order = "3/2"', 'order = "-3/2"'), "base frequency 'order': the order is '-3/2'; give a positive fraction"),
     (changed('shaft = "engine"', "shaft = 5"), "base frequency 'order': the shaft is 5; give the name of an element"),
     (changed('shaft = "engine"', "shafts = 5"), r"line 9, \[bases.order\]: has an unknown key 'shafts'; nearest is 'shaft'"),
     # parameters
-    (changed("zeta = 0.05", "zeta = true"), r"line 14, \[parameters.zeta\]: is True; give a number, a text with a unit, or a table"),
+    (
+        changed("zeta = 0.05", "zeta = true"),
+        r"line 14, \[parameters.zeta\]: is True; give a number, a text with a unit, or a table",
+    ),
     (changed("zeta = 0.05", "zeta = [1.0]"), r"line 14, \[parameters.zeta\]: is \[1.0\]; give a number"),
-    (changed("zeta = 0.05", f"zeta = {BIG}"), "parameter 'zeta': the number is out of range; give a number between -1e308 and 1e308"),
+    (
+        changed("zeta = 0.05", f"zeta = {BIG}"),
+        "parameter 'zeta': the number is out of range; give a number between -1e308 and 1e308",
+    ),
     (changed("zeta = 0.05", 'zeta = "0.05 bushels per"'), "parameter 'zeta': 'bushels per' is not a known unit"),
-    (changed("zeta = 0.05", "zeta = { note = 'x' }"), r"line 14, \[parameters.zeta\]: does not hold one of value, values and expression"),
-    (changed("zeta = 0.05", "zeta = { value = 1, values = [1] }"), "does not hold one of value, values and expression; give exactly one"),
-    (changed("zeta = 0.05", "zeta = { value = '1 m', unit = 'm' }"), "has the unit 'm' beside the text '1 m'; give the unit once"),
-    (changed("zeta = 0.05", "zeta = { value = { value = 1 } }"), "is {'value': 1}; give a number, a text with a unit, or a table"),
-    (changed("[1, 2.5]", "[1, '2.5']"), r"line 16, \[parameters.rows\]: values is no list of numbers; write values = \[1.0, 2.0\]"),
+    (
+        changed("zeta = 0.05", "zeta = { note = 'x' }"),
+        r"line 14, \[parameters.zeta\]: does not hold one of value, values and expression",
+    ),
+    (
+        changed("zeta = 0.05", "zeta = { value = 1, values = [1] }"),
+        "does not hold one of value, values and expression; give exactly one",
+    ),
+    (
+        changed("zeta = 0.05", "zeta = { value = '1 m', unit = 'm' }"),
+        "has the unit 'm' beside the text '1 m'; give the unit once",
+    ),
+    (
+        changed("zeta = 0.05", "zeta = { value = { value = 1 } }"),
+        "is {'value': 1}; give a number, a text with a unit, or a table",
+    ),
+    (
+        changed("[1, 2.5]", "[1, '2.5']"),
+        r"line 16, \[parameters.rows\]: values is no list of numbers; write values = \[1.0, 2.0\]",
+    ),
     (changed('note = "measured"', "note = 5"), r"line 18, \[parameters.big.note\]: is 5; write note ="),
     (changed('note = "measured"', "color = 5"), r"line 18, \[parameters.big\]: has an unknown key 'color'; known are value"),
     # elements
-    (changed('kind = "inertia"\ninertia = "2 kg', 'kind = "os"\ninertia = "2 kg'), r"line 23, \[elements.engine\]: kind is 'os'; known are"),
-    (changed('kind = "inertia"\ninertia = "2 kg', 'kind = "modelgen.elements.Inertia"\ninertia = "2 kg'), "kind is 'modelgen.elements.Inertia'"),
-    (changed('kind = "inertia"\ninertia = "2 kg', 'inertia = "2 kg'), r"line 23, \[elements.engine\]: kind is missing; known are"),
-    (changed("[elements.pump]", '[elements."pump;rm"]'), r"line 28, \[elements.pump;rm\]: inertia: name 'pump;rm' holds ';' \(SEMICOLON\)"),
-    (changed("[elements.pump]", "[elements.int]"), r"line 28, \[elements.int\]: inertia: name 'int' is a keyword of C and C\+\+; write 'int_1'"),
+    (
+        changed('kind = "inertia"\ninertia = "2 kg', 'kind = "os"\ninertia = "2 kg'),
+        r"line 23, \[elements.engine\]: kind is 'os'; known are",
+    ),
+    (
+        changed('kind = "inertia"\ninertia = "2 kg', 'kind = "modelgen.elements.Inertia"\ninertia = "2 kg'),
+        "kind is 'modelgen.elements.Inertia'",
+    ),
+    (
+        changed('kind = "inertia"\ninertia = "2 kg', 'inertia = "2 kg'),
+        r"line 23, \[elements.engine\]: kind is missing; known are",
+    ),
+    (
+        changed("[elements.pump]", '[elements."pump;rm"]'),
+        r"line 28, \[elements.pump;rm\]: inertia: name 'pump;rm' holds ';' \(SEMICOLON\)",
+    ),
+    (
+        changed("[elements.pump]", "[elements.int]"),
+        r"line 28, \[elements.int\]: inertia: name 'int' is a keyword of C and C\+\+; write 'int_1'",
+    ),
     (changed("[elements.pump]", "[elements.engine.pump]"), "engine.*has no parameter 'pump'"),
     (changed("[elements.load]", "[[elements2]]"), "pair.toml: has an unknown key 'elements2'; nearest is 'elements'"),
-    (changed('stiffness = "7 N*m/rad"', "stiffness = 7"), r'line 42, \[elements.second.stiffness\]: 7 has no unit; write "7 N.m/rad"'),
+    (
+        changed('stiffness = "7 N*m/rad"', "stiffness = 7"),
+        r'line 42, \[elements.second.stiffness\]: 7 has no unit; write "7 N.m/rad"',
+    ),
     (changed('stiffness = "7 N*m/rad"', 'stiffness = "7"'), "shaft 'second', stiffness: 7.0 has no unit; write \"7.0 N.m/rad\""),
     (changed('stiffness = "7 N*m/rad"', 'stiffness = "7 N/m"'), "'N/m' has the dimension .*'N.m/rad' .* is asked for"),
-    (changed('stiffness = "7 N*m/rad"', 'stiffness = "-7 N*m/rad"'), r"line 38, .*shaft 'second', stiffness: is -7 N.m/rad; give a positive value"),
+    (
+        changed('stiffness = "7 N*m/rad"', 'stiffness = "-7 N*m/rad"'),
+        r"line 38, .*shaft 'second', stiffness: is -7 N.m/rad; give a positive value",
+    ),
     (changed('stiffness = "7 N*m/rad"', 'stifness = "7 N*m/rad"'), r"line 38, .*stiffness is missing; give it in N.m/rad"),
-    (changed('stiffness = "7 N*m/rad"', 'stiffness = "7 N*m/rad"\ncolor = 3'), "shaft 'second': has no parameter 'color'; known are a, b,"),
+    (
+        changed('stiffness = "7 N*m/rad"', 'stiffness = "7 N*m/rad"\ncolor = 3'),
+        "shaft 'second': has no parameter 'color'; known are a, b,",
+    ),
     (changed('stiffness = "7 N*m/rad"', 'stiffness = "7 N*m/rad"\nself = 3'), "shaft 'second': has no parameter 'self'"),
-    (changed('stiffness = "7 N*m/rad"', 'stiffness = "7 N*m/rad"\ndamping_ratio = 0.1'), "damping_ratio is given, but damping='value' does not"),
-    (changed('stiffness = "7 N*m/rad"', "stiffness = { unit = 'N*m/rad', values = [7.0] }"), r"stiffness: \(7.0,\) is not a number; give a"),
-    (changed('stiffness = "7 N*m/rad"', "stiffness = { x = 3 }"), r"line 42, \[elements.second.stiffness\]: has an unknown key 'x'; known are"),
+    (
+        changed('stiffness = "7 N*m/rad"', 'stiffness = "7 N*m/rad"\ndamping_ratio = 0.1'),
+        "damping_ratio is given, but damping='value' does not",
+    ),
+    (
+        changed('stiffness = "7 N*m/rad"', "stiffness = { unit = 'N*m/rad', values = [7.0] }"),
+        r"stiffness: \(7.0,\) is not a number; give a",
+    ),
+    (
+        changed('stiffness = "7 N*m/rad"', "stiffness = { x = 3 }"),
+        r"line 42, \[elements.second.stiffness\]: has an unknown key 'x'; known are",
+    ),
     (changed('damping = "value"', 'damping = "valu"'), r"line 38, .*shaft 'second': damping is 'valu'; nearest is 'value'"),
-    (changed('damping = "value"', "damping = 3"), r"shaft 'second': damping is 3; known are per_shaft, modal, value, loss_factor"),
-    (changed('cosine = { unit = "N*m", values = [0.1, 0.2] }', "cosine = [0.1, 0.2]"), r"line 52, .*has no unit; write { unit = \"N.m\", values ="),
+    (
+        changed('damping = "value"', "damping = 3"),
+        r"shaft 'second': damping is 3; known are per_shaft, modal, value, loss_factor",
+    ),
+    (
+        changed('cosine = { unit = "N*m", values = [0.1, 0.2] }', "cosine = [0.1, 0.2]"),
+        r"line 52, .*has no unit; write { unit = \"N.m\", values =",
+    ),
     (changed('cosine = { unit = "N*m"', 'cosine = { unit = "kg"'), "'kg' has the dimension .*; 'N.m' .* is asked for"),
-    (changed('cosine = { unit = "N*m", values = [0.1, 0.2] }', 'cosine = "3 N*m"'), "cosine: 3.0 is one number; give a series of numbers"),
+    (
+        changed('cosine = { unit = "N*m", values = [0.1, 0.2] }', 'cosine = "3 N*m"'),
+        "cosine: 3.0 is one number; give a series of numbers",
+    ),
     (changed("orders = [1, 3]", "orders = [1, 1]"), r"orders are \[1, 1\]; give different whole numbers from 1 to 1000"),
     (changed("orders = [1, 3]", "orders = 3"), "orders are 3; give different whole numbers"),
     (changed('base = "order"', "base = 3"), "base is 3; give the name of a base frequency"),
     (changed('note = "estimate"', "note = 3"), r"line 26, \[elements.engine.note\]: is 3; write note ="),
-    (changed("[defaults.shaft]", "[defaults.shift]"), r"line 20, \[defaults.shift\]: 'shift' is no kind of element; nearest is 'shaft'"),
+    (
+        changed("[defaults.shaft]", "[defaults.shift]"),
+        r"line 20, \[defaults.shift\]: 'shift' is no kind of element; nearest is 'shaft'",
+    ),
     # connections and assemblies
-    (changed('name = "pair"', 'name = "pair"\nconnections = [["engine"]]'), r"line 3, \[connections\]: holds \['engine'\]; write pairs such as"),
+    (
+        changed('name = "pair"', 'name = "pair"\nconnections = [["engine"]]'),
+        r"line 3, \[connections\]: holds \['engine'\]; write pairs such as",
+    ),
     (changed('name = "pair"', 'name = "pair"\nconnections = "engine"'), r"line 3, \[connections\]: holds 'engine'; write a list"),
     (TEXT + "[assemblies]\nleft = 5\n", r"line 61, \[assemblies.left\]: holds 5; write a list of names of elements"),
     (TEXT + '[assemblies]\nleft = ["pumpe"]\n', "assembly 'left': holds 'pumpe', which is no element; nearest is 'pump'"),
@@ -295,7 +387,9 @@ def test_what_is_no_file(tmp_path):
         read_model(tmp_path / "pair.toml")
     with pytest.raises(ModelFileError, match=r": is no file; give a model file"):
         read_model(tmp_path)
-    with pytest.raises(CaseError, match=r"^model 'fracturing-trick': is neither in the catalogue nor a model file; nearest is 'fracturing-tr"):
+    with pytest.raises(
+        CaseError, match=r"^model 'fracturing-trick': is neither in the catalogue nor a model file; nearest is 'fracturing-tr"
+    ):
         load("fracturing-trick")
 
 
@@ -308,7 +402,9 @@ def test_a_pipe_is_not_waited_for(tmp_path):
 
 def test_text_of_a_driveline_made_in_python():
     line = Driveline("two", [Inertia("a", inertia=1.0), Inertia("b", inertia=0.1), Shaft("s", "a", "b", stiffness=1e22)])
-    assert model_text(line) == """\
+    assert (
+        model_text(line)
+        == """\
 format = 1
 name = "two"
 
@@ -326,3 +422,4 @@ a = "a"
 b = "b"
 stiffness = "1e+22 N*m/rad"
 """
+    )

@@ -95,7 +95,7 @@ def written(figure: Figure) -> Iterator[tuple[Axes | None, Text]]:
         yield from ((axes, text) for text in axes.texts)
         if not axes.axison:
             continue
-        yield from ((axes, text) for text in (axes.title, axes.xaxis.label, axes.yaxis.label))
+        yield from ((axes, text) for text in (axes._left_title, axes.xaxis.label, axes.yaxis.label))
         for axis in (axes.xaxis, axes.yaxis):
             low, high = sorted(axis.get_view_interval())
             ticks = [tick for tick in axis.get_major_ticks() if low - 1e-12 <= tick.get_loc() <= high + 1e-12]

@@ -11,7 +11,8 @@ from modelgen.plots import draw, plot
 
 
 def test_unknown_type_is_refused_with_what_can_be_drawn() -> None:
-    with pytest.raises(CaseError, match=r"no figure of a dict; give AnglesResult, CrosscheckResult, .*ModalResult.*draw\(\) takes a Drive"):
+    words = r"no figure of a dict; give AnglesResult, .*CrosscheckResult, .*ModalResult.*draw\(\) takes a Driveline"
+    with pytest.raises(CaseError, match=words):
         plot({"flywheel": 0.5})
 
 

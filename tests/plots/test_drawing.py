@@ -139,8 +139,8 @@ def test_three_gears_on_one_node_are_all_drawn(readable: Callable[..., None]) ->
 
 def test_two_shafts_side_by_side_are_both_named() -> None:
     disks = [Inertia("one", inertia=1.0), Inertia("two", inertia=2.0)]
-    line = Driveline("pair", elements=[*disks, Shaft("inner", "one", "two", stiffness=1e4), Shaft("outer", "two", "one", stiffness=2e4)])
-    made = scene_of(line)
+    shafts = [Shaft("inner", "one", "two", stiffness=1e4), Shaft("outer", "two", "one", stiffness=2e4)]
+    made = scene_of(Driveline("pair", elements=[*disks, *shafts]))
     check_apart(made)
     written = [line.text for block, _ in made.room.labels for line in block.lines]
     assert {"inner", "outer", "10", "20"} <= set(written)

@@ -118,6 +118,6 @@ def test_motor_gear_spring_and_damper_from_rest():
         channels["inertia3.angle"],
         channels["inertia3.speed"],
     ]
-    assert np.array(columns).T == pytest.approx(rows[:, 1:], abs=1e-8)
+    assert pytest.approx(rows[:, 1:], abs=1e-8) == np.array(columns).T
     for time, stored in FIRST_STORED.items():
         assert np.array(columns).T[rows[:, 0] == time][0] == pytest.approx(stored, abs=2e-4)

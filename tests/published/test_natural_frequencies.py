@@ -1,6 +1,6 @@
 """Natural frequencies and matrices of published drivelines, each with its source.
 
-OT is openTorsion, github.com/Aalto-Arotor/openTorsion at commit 88ab7893 (MIT license); its figures are those of its own tests and
+OT is openTorsion, github.com/Aalto-Arotor/openTorsion at commit 88ab7893 (MIT license); its figures are those of its tests and
 notebooks. Figures with more digits were computed again from the same data, independently of this package.
 """
 
@@ -52,7 +52,9 @@ CHAINS = [
     # Mendes, Meirelles, Zampieri, Proc. IMechE K 222 (2008), doi 10.1243/14644193JMBD126, fig. 4; data as in OT, ICE_example.py.
     pytest.param(*MWM, [0, 216.584, 592.74, 984.923, 1171.017], 1e-5, id="six-cylinder diesel"),
     # Sopanen et al., doi 10.1109/TIE.2010.2087301, as in OT, modal_analysis_and_forced_response.ipynb: 58.34, 1034.115 rad/s.
-    pytest.param([1e7, 5770, 97030], [3.67e8, 5.496e9], np.array([0, 58.3401619, 1034.114719]) / (2 * np.pi), 1e-9, id="windmill"),
+    pytest.param(
+        [1e7, 5770, 97030], [3.67e8, 5.496e9], np.array([0, 58.3401619, 1034.114719]) / (2 * np.pi), 1e-9, id="windmill"
+    ),
 ]
 
 

@@ -175,3 +175,14 @@ def test_truck_by_two_solvers_over_a_second(start: str, bound: float) -> None:
     result = crosscheck(case, ("rk4", "cvodes"), {"rk4": [1e-8], "cvodes": [1e-10]}, reference=("rk4", 1e-9))
     assert result.worst_relative_difference < bound
     assert all(run.outcome is Outcome.SUCCESS for run in result.runs)
+
+
+@pytest.mark.slow
+def test_truck_by_all_six_solvers() -> None:
+    """Five over a second; collocation, some 200 s of computing per second of the truck, over a hundredth."""
+    case = Case(load("fracturing-truck"), end=1.0, samples=20001)
+    tolerances = {"cvodes": [1e-10], "idas": [1e-10], "erk": [1e-8], "rosenbrock": [1e-8]}
+    result = crosscheck(case, tuple(tolerances), tolerances, reference=("rk4", 1e-8))
+    assert result.worst_relative_difference < 1e-6
+    short = crosscheck(case.change(end=0.01, samples=201), ("collocation",), [1e-8], reference=("rk4", 1e-9))
+    assert short.worst_relative_difference < 1e-6

@@ -1,9 +1,9 @@
 """A private cache of built libraries: found by what they were built from, loaded only if they are what was written.
 
-Part of the compiler. The folder belongs to the user alone (0700). An entry is one file, the library followed by its SHA-256, put in
-place in one move, so that any number of processes may build at once and a killed one leaves nothing half done. A link, a file of
-another owner or one that others may write, and a flipped bit are refused and built anew. A folder that is not private is not used
-at all: then a folder of this process alone takes its place.
+Part of the compiler. The folder belongs to the user alone (0700). An entry is one file, the library followed by its SHA-256, put
+in place in one move, so that any number of processes may build at once and a killed one leaves nothing half done. A link, a file
+of another owner or one that others may write, and a flipped bit are refused and built anew. A folder that is not private is not
+used at all: then a folder of this process alone takes its place.
 """
 
 from __future__ import annotations
@@ -65,14 +65,18 @@ def library_for(key: str, build: Build) -> Path:
         if not is_valid(entry):  # somebody else may have built it while we waited
             _build(folder, entry, build)
     if not is_valid(entry):
-        raise LoweringError("native code", f"the library in {folder} is not what was written", "look for what changes files there")
+        raise LoweringError(
+            "native code", f"the library in {folder} is not what was written", "look for what changes files there"
+        )
     return entry
 
 
 def is_valid(entry: Path) -> bool:
     """Whether an entry is a plain file of this user that holds what was written."""
     try:
-        descriptor = os.open(entry, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0) | getattr(os, "O_NONBLOCK", 0))
+        descriptor = os.open(
+            entry, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0) | getattr(os, "O_NONBLOCK", 0)
+        )
     except OSError:
         return False
     status = os.fstat(descriptor)

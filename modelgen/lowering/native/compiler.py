@@ -23,7 +23,16 @@ from pathlib import Path
 from modelgen.errors import LoweringError
 
 COMMANDS = ("gcc", "clang")
-FLAGS = ("-std=gnu11", "-O2", "-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math", "-fno-strict-aliasing", "-fPIC", "-shared")
+FLAGS = (
+    "-std=gnu11",
+    "-O3",
+    "-ffp-contract=fast",
+    "-fno-math-errno",
+    "-fno-trapping-math",
+    "-fno-strict-aliasing",
+    "-fPIC",
+    "-shared",
+)
 LONGEST_BUILD = 300.0  # s
 
 
@@ -52,12 +61,20 @@ class Compiler:
         # The folder of the build serves as home of whatever the compiler keeps (zig has a cache of its own).
         try:
             done = subprocess.run(
-                order, cwd=source.parent, capture_output=True, text=True, timeout=LONGEST_BUILD, check=False, stdin=subprocess.DEVNULL
+                order,
+                cwd=source.parent,
+                capture_output=True,
+                text=True,
+                timeout=LONGEST_BUILD,
+                check=False,
+                stdin=subprocess.DEVNULL,
             )
         except (OSError, subprocess.TimeoutExpired) as error:
             raise self._failure(type(error).__name__) from None
         if done.returncode or not library.is_file():
-            complaints = [line for line in done.stderr.splitlines() if "error" in line] or done.stderr.splitlines() or ["no message"]
+            complaints = (
+                [line for line in done.stderr.splitlines() if "error" in line] or done.stderr.splitlines() or ["no message"]
+            )
             raise self._failure(complaints[0].strip())
 
     def _failure(self, words: str) -> NoCompilerError:
@@ -98,9 +115,13 @@ def _stamp(program: str) -> tuple[int, int]:
 def _version(command: tuple[str, ...], stamp: tuple[int, int]) -> str:
     """What the compiler says about itself; asked once, and again when its file changes."""
     try:
-        done = subprocess.run([*command, "--version"], capture_output=True, text=True, timeout=30, check=False, stdin=subprocess.DEVNULL)
+        done = subprocess.run(
+            [*command, "--version"], capture_output=True, text=True, timeout=30, check=False, stdin=subprocess.DEVNULL
+        )
     except (OSError, subprocess.TimeoutExpired) as error:
-        raise NoCompilerError("native code", f"{command[0]} does not start ({type(error).__name__})", "correct $CC or PATH") from None
+        raise NoCompilerError(
+            "native code", f"{command[0]} does not start ({type(error).__name__})", "correct $CC or PATH"
+        ) from None
     if done.returncode:
         raise NoCompilerError("native code", f"{command[0]} --version ends with code {done.returncode}", "correct $CC or PATH")
     return f"{done.stdout}{stamp}"
@@ -112,7 +133,9 @@ def processor() -> str:
     lines = [platform.machine(), platform.processor(), platform.system()]
     try:
         first = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").split("\n\n")[0]
-        lines += [line for line in first.splitlines() if line.split(":")[0].strip() in ("model name", "flags", "Features", "CPU part")]
+        lines += [
+            line for line in first.splitlines() if line.split(":")[0].strip() in ("model name", "flags", "Features", "CPU part")
+        ]
     except OSError:
         pass
     return hashlib.sha256("\n".join(lines).encode()).hexdigest()

@@ -1,7 +1,7 @@
 """Stages printed as C: one function per stage, one line per value.
 
-Part of the compiler. A stage is printed for one double (prefix ``s_``) or for lanes (``v_``); the functions with these prefixes stand
-in ``prelude.h``. No name of the model reaches the text: only x[i], p[i] and numbers (architecture, decision 12).
+Part of the compiler. A stage is printed for one double (prefix ``s_``) or for lanes (``v_``); the functions with these prefixes
+stand in ``prelude.h``. No name of the model reaches the text: only x[i], p[i] and numbers (architecture, decision 12).
 """
 
 from __future__ import annotations
@@ -15,37 +15,56 @@ from modelgen.lowering.native.operations import ARITHMETIC, COMPARISONS, FUNCTIO
 from modelgen.lowering.native.stages import Stages
 
 
-
 class StagePrinter:
     """Prints the values of one stage. ``prefix``: "s_" or "v_"; ``kind``: the C type of a value.
 
-    Values of earlier stages are read by C(i) (parameters) and W(i) (time), macros of the text around.
+    Values of earlier stages are read by C(i) (parameters) and W(i) (time), macros around it. ``times``: for how many times
+    the stage is computed side by side, value by value, so that a coefficient is loaded once for all of them.
     """
 
-    def __init__(self, stages: Stages, prefix: str, kind: str, level: Level) -> None:
+    def __init__(self, stages: Stages, prefix: str, kind: str, level: Level, times: int = 1) -> None:
         self.stages, self.prefix, self.kind, self.level = stages, prefix, kind, level
+        self.times, self.now = times, 0
         self.parameter_slots = {value: slot for slot, value in enumerate(stages.parameter_values)}
         self.time_slots = {value: slot for slot, value in enumerate(stages.time_values)}
 
     def lines(self, values: tuple[int, ...]) -> list[str]:
         """Declarations of all values of the stage, in order."""
-        lines, clocks = [], {}
+        lines: list[str] = []
+        clocks: dict[tuple[int, int], str] = {}
         for index in values:
             node = self.stages.nodes[index]
             if isinstance(node.operation, str):
                 continue
-            frequency = self.stages.clock_frequency(index)
-            if frequency is None:
-                kind = f"{self.prefix}mask" if node.operation in MASKS else self.kind
-                lines.append(f"  const {kind} a{index} = {self._formula(node)};")
-                continue
-            if frequency not in clocks:
-                clocks[frequency] = index
-                lines.append(f"  {self.kind} sine{index}, cosine{index};")
-                lines.append(f"  {self.prefix}clock({self.number(frequency)}, t, &sine{index}, &cosine{index});")
-            part = "sine" if node.operation == ca.OP_SIN else "cosine"
-            lines.append(f"  const {self.kind} a{index} = {part}{clocks[frequency]};")
+            for now in range(self.times):
+                self.now = now
+                name, frequency = self._name(index), self.stages.clock_frequency(index)
+                if frequency is None:
+                    kind = f"{self.prefix}mask" if node.operation in MASKS else self.kind
+                    lines.append(f"  const {kind} {name} = {self._formula(node)};")
+                    continue
+                if (frequency, self.now) not in clocks:
+                    clocks[frequency, self.now] = name
+                    lines.append(f"  {self.kind} sine_{name}, cosine_{name};")
+                    lines.append(f"  {self.prefix}clock({self.number(frequency)}, {self._time()}, &sine_{name}, &cosine_{name});")
+                part = "sine" if node.operation == ca.OP_SIN else "cosine"
+                lines.append(f"  const {self.kind} {name} = {part}_{clocks[frequency, self.now]};")
         return lines
+
+    def results(self, values: tuple[int, ...], target: str) -> list[str]:
+        """What the stage hands on, written to an array: times side by side."""
+        lines = []
+        for slot, value in enumerate(values):
+            for now in range(self.times):
+                self.now = now
+                lines.append(f"  {target}[{slot * self.times + self.now}] = {self.number(value)};")
+        return lines
+
+    def _name(self, index: int) -> str:
+        return f"a{index}_{self.now}" if self.times > 1 else f"a{index}"
+
+    def _time(self) -> str:
+        return f"t[{self.now}]" if self.times > 1 else "t"
 
     def number(self, index: int) -> str:
         """A value as a number; a mask counts as 1 or 0."""
@@ -70,8 +89,8 @@ class StagePrinter:
         if not self._is_own(node):
             return f"C({self.parameter_slots[index]})" if node.level is Level.PARAMETER else f"W({self.time_slots[index]})"
         if isinstance(node.operation, str):
-            return "t" if node.operation == "t" else f"{node.operation}[{node.value}]"
-        return f"a{index}"
+            return self._time() if node.operation == "t" else f"{node.operation}[{node.value}]"
+        return self._name(index)
 
     def _formula(self, node: Node) -> str:
         code, f = node.operation, self.prefix
@@ -99,31 +118,30 @@ def literal(value: float) -> str:
     return f"({value!r})" if value < 0 or math.copysign(1.0, value) < 0 else repr(value)
 
 
-def stage_functions(stages: Stages, time_prefix: str, state_prefix: str) -> str:
+def stage_functions(stages: Stages, state_prefix: str) -> str:
     """The three stages as static C functions, and their sizes as macros.
 
-    ``parameter_stage(p, c)`` on doubles; ``time_stage(c, t, w)``; ``state_stage(c, w, x, k)`` with k = dx/dt.
+    ``parameter_stage(p, c)`` on doubles; ``time_stage(c, t, w)`` for the four new times of a step;
+    ``state_stage(c, w, x, k)`` with k = dx/dt. Where one trajectory runs (``state_prefix`` "s_"), the four times are the lanes of one V.
     """
-    kinds = {"s_": "double", "v_": "V"}
-    parts = {
-        "parameter_stage": ("s_", Level.PARAMETER, stages.parameter, stages.parameter_values, "const double *p, double *c", "c"),
-        "time_stage": (time_prefix, Level.TIME, stages.time, stages.time_values, f"const S *c, {kinds[time_prefix]} t, {kinds[time_prefix]} *w", "w"),
-        "state_stage": (state_prefix, Level.STATE, stages.state, stages.outputs, "const S *c, const TIME_VALUE *w, const S *x, S *k", "k"),
-    }
-    nx, count = stages.sizes
-    text = [
-        *(f"#define {name} {number}" for name, number in (("NX", nx), ("NP", count))),
-        *(f"#define {name} {number}" for name, number in (("NC", len(stages.parameter_values)), ("NW", len(stages.time_values)))),
+    lanes = state_prefix == "v_"
+    kind, t = ("V", "const V *t") if lanes else ("double", "V t")
+    sizes = {"NX": stages.sizes[0], "NP": stages.sizes[1], "NC": len(stages.parameter_values), "NW": len(stages.time_values)}
+    parameter = StagePrinter(stages, "s_", "double", Level.PARAMETER)
+    time = StagePrinter(stages, "v_", "V", Level.TIME, times=4 if lanes else 1)
+    state = StagePrinter(stages, state_prefix, kind, Level.STATE)
+    lines = [f"#define {name} {size}" for name, size in sizes.items()]
+    lines += _function("parameter_stage", "const double *p, double *c", "(void)p, (void)c;")
+    lines += [*parameter.lines(stages.parameter), *parameter.results(stages.parameter_values, "c"), "}"]
+    lines += [
+        "#define C(i) TIME_PARAMETER(c[i])",
+        *_function("time_stage", f"const S *c, {t}, V *w", "(void)c, (void)t, (void)w;"),
     ]
-    for name, (prefix, level, values, results, arguments, target) in parts.items():
-        printer = StagePrinter(stages, prefix, kinds[prefix], level)
-        if level is Level.TIME:
-            text.append("#undef C\n#define C(i) TIME_PARAMETER(c[i])")
-        elif level is Level.STATE:
-            text.append("#undef C\n#define C(i) c[i]\n#define W(i) w[(i) * TIME_STRIDE]")
-        unused = [each.split()[-1].lstrip("*") for each in arguments.split(",")]
-        text += [f"static __attribute__((noinline, unused)) void {name}({arguments}) {{", f"  {' '.join(f'(void){each};' for each in unused)}"]
-        text += printer.lines(values)
-        text += [f"  {target}[{slot}] = {printer.number(value)};" for slot, value in enumerate(results)]
-        text.append("}")
-    return "\n".join([*text, ""])
+    lines += [*time.lines(stages.time), *time.results(stages.time_values, "w"), "}", "#undef C"]
+    lines += ["#define C(i) c[i]", "#define W(i) w[(i) * TIME_STRIDE]"]
+    lines += _function("state_stage", "const S *c, const TIME_VALUE *w, const S *x, S *k", "(void)c, (void)w, (void)x, (void)k;")
+    return "\n".join([*lines, *state.lines(stages.state), *state.results(stages.outputs, "k"), "}", ""])
+
+
+def _function(name: str, arguments: str, used: str) -> list[str]:
+    return [f"static __attribute__((noinline, unused)) void {name}({arguments}) {{", f"  {used}"]

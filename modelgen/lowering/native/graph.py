@@ -1,9 +1,8 @@
 """The instructions of an SX function as a graph of distinct values, each with what it depends on.
 
-Part of the compiler, first step towards C. CasADi hands out the instruction list of an SX function over a few work registers; here
-every value is written once, equal values are one (value numbering), and what depends on parameters only is told from what depends
-on time and on the state (architecture: staging). Two rewritings move work to the earlier stage; both change results by rounding
-only: a / b with b of an earlier stage becomes a (1/b), and p (q a) becomes (p q) a.
+Part of the compiler, first step towards C. CasADi hands out the instruction list of an SX function over a few work registers;
+here every value is written once, equal values are one (value numbering), and what depends on parameters only is told from what
+depends on time and on the state. Two rewritings move work to the earlier stage; both change results by rounding only: a / b with b of an earlier stage becomes a (1/b), and p (q a) becomes (p q) a.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ _LEVEL_OF_INPUT = {"t": Level.TIME, "x": Level.STATE, "p": Level.PARAMETER}
 
 
 class Node(NamedTuple):
-    """One value: its operation (a CasADi code, "constant", or an input's name), operands, and the number or the row it stands for."""
+    """One value: its operation (a CasADi code, "constant", or an input's name), operands, and the number or row it stands for."""
 
     operation: int | str
     operands: tuple[int, ...]
@@ -63,7 +62,11 @@ class Graph:
         work: dict[int, int] = {}
         graph.outputs = [graph.constant(0.0)] * int(function.numel_out(0))
         for index in range(function.n_instructions()):
-            code, source, target = function.instruction_id(index), function.instruction_input(index), function.instruction_output(index)
+            code, source, target = (
+                function.instruction_id(index),
+                function.instruction_input(index),
+                function.instruction_output(index),
+            )
             if code == ca.OP_CONST:
                 work[target[0]] = graph.constant(function.instruction_constant(index))
             elif code == ca.OP_INPUT:
@@ -71,7 +74,9 @@ class Graph:
             elif code == ca.OP_OUTPUT:
                 graph.outputs[target[1]] = work[source[0]]
             elif code not in OPERATIONS:
-                raise LoweringError("native code", f"operation {operation_name(code)} has no C", "run this model on CasADi's virtual machine")
+                raise LoweringError(
+                    "native code", f"operation {operation_name(code)} has no C", "run this model on CasADi's virtual machine"
+                )
             else:
                 work[target[0]] = graph.make(code, *(work[register] for register in source))
         return graph

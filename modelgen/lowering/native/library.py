@@ -41,7 +41,10 @@ class Task(ctypes.Structure):
         *((name, _DOUBLES) for name in ("p", "x0", "scale", "times", "states", "last", "extrema")),
         ("counts", _COUNTS),
         ("facts", _DOUBLES),
-        *((name, ctypes.c_double) for name in ("begin", "tolerance", "first_step", "largest_step", "smallest_step", "bound", "correction")),
+        *(
+            (name, ctypes.c_double)
+            for name in ("begin", "tolerance", "first_step", "largest_step", "smallest_step", "bound", "correction")
+        ),
         ("max_steps", ctypes.c_int64),
     )
 
@@ -89,7 +92,9 @@ class NativeSolver:
         """dx/dt at one place, from the same stages that the solver uses."""
         x, p = np.ascontiguousarray(x, dtype=float), np.ascontiguousarray(p, dtype=float)
         if x.shape != (self.states,) or p.shape != (self.parameters,):
-            raise LoweringError("native code", f"x and p have shapes {x.shape} and {p.shape}", f"wanted ({self.states},), ({self.parameters},)")
+            raise LoweringError(
+                "native code", f"x and p have shapes {x.shape} and {p.shape}", f"wanted ({self.states},), ({self.parameters},)"
+            )
         found, work = np.zeros(self.states), self.workspace()
         self._library.modelgen_rates(work.ctypes.data, t, *(each.ctypes.data_as(_DOUBLES) for each in (x, p, found)))
         return found
@@ -99,7 +104,7 @@ def source(function: ca.Function, lanes: bool) -> str:
     """The whole C text of a native solver: for one trajectory, or for lanes. Raises LoweringError for an operation without C."""
     stages = Stages.of(function)
     frame = (_HERE / "solver.h").read_text(encoding="utf-8")
-    printed = stage_functions(stages, "v_", "v_" if lanes else "s_")
+    printed = stage_functions(stages, "v_" if lanes else "s_")
     head = "" if lanes else "#define SINGLE\n"
     return head + (_HERE / "prelude.h").read_text(encoding="utf-8") + frame.replace('#include "stages.h"\n', printed)
 

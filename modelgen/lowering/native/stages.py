@@ -1,7 +1,7 @@
 """The three stages of a right-hand side: what parameters fix, what time adds, what the state needs.
 
-Part of the compiler. Each stage is a list of values to compute in order; ``parameter_values`` and ``time_values`` are what the later
-stages take over. A model without a stage has an empty list there and pays nothing for it.
+Part of the compiler. Each stage is a list of values to compute in order; ``parameter_values`` and ``time_values`` are what the
+later stages take over. A model without a stage has an empty list there and pays nothing for it.
 """
 
 from __future__ import annotations

@@ -26,4 +26,4 @@ def compiled_here(native_cache: Path, monkeypatch: pytest.MonkeyPatch) -> Iterat
     except NoCompilerError as reason:
         pytest.skip(str(reason))
     monkeypatch.setenv("MODELGEN_CACHE", str(native_cache))
-    yield
+    return

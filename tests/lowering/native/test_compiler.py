@@ -36,7 +36,9 @@ def test_without_any_compiler_one_line_says_what_to_do(tmp_path: Path, monkeypat
         raise importlib.metadata.PackageNotFoundError(name)
 
     monkeypatch.setattr(importlib.metadata, "version", missing)
-    with pytest.raises(NoCompilerError, match=r"no C compiler .* install gcc or clang or the extra modelgen\[native\], or run on CasADi"):
+    with pytest.raises(
+        NoCompilerError, match=r"no C compiler .* install gcc or clang or the extra modelgen\[native\], or run on CasADi"
+    ):
         find_compiler({"PATH": str(tmp_path)})
 
 
@@ -48,7 +50,7 @@ def test_a_compiler_that_does_not_work_is_named(tmp_path: Path) -> None:
 
 def test_the_first_complaint_of_the_compiler_is_shown(tmp_path: Path) -> None:
     compiler = Compiler((str(fake(tmp_path, "gcc", "unknown type", code=1)),), "1")
-    with pytest.raises(NoCompilerError, match="failed: file.c:1: error: unknown type; run on CasADi's virtual machine"):
+    with pytest.raises(NoCompilerError, match=r"failed: file\.c:1: error: unknown type; run on CasADi's virtual machine"):
         compiler.build(tmp_path / "a.c", tmp_path / "a.so")
 
 

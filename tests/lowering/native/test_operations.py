@@ -18,11 +18,20 @@ pytestmark = pytest.mark.usefixtures("compiled_here")
 
 # Two arguments each; those with one ignore the second.
 OPERATION_ROWS = [
-    *(lambda a, b, f=f: f(a) for f in (ca.exp, ca.log, ca.sqrt, ca.sin, ca.cos, ca.tan, ca.asin, ca.acos, ca.atan, ca.sinh, ca.cosh)),
+    *(
+        lambda a, b, f=f: f(a)
+        for f in (ca.exp, ca.log, ca.sqrt, ca.sin, ca.cos, ca.tan, ca.asin, ca.acos, ca.atan, ca.sinh, ca.cosh)
+    ),
     *(lambda a, b, f=f: f(a) for f in (ca.tanh, ca.asinh, ca.acosh, ca.atanh, ca.erf, ca.log1p, ca.expm1, ca.floor, ca.ceil)),
     *(lambda a, b, f=f: f(a) for f in (ca.fabs, ca.sign, ca.logic_not)),
-    *(lambda a, b, f=f: f(a, b) for f in (ca.atan2, ca.fmin, ca.fmax, ca.fmod, ca.copysign, ca.hypot, ca.remainder, ca.logic_and, ca.logic_or)),
-    *(lambda a, b, f=f: f(a, b) for f in (lambda a, b: a + b, lambda a, b: a - b, lambda a, b: a * b, lambda a, b: a / b, lambda a, b: a**b)),
+    *(
+        lambda a, b, f=f: f(a, b)
+        for f in (ca.atan2, ca.fmin, ca.fmax, ca.fmod, ca.copysign, ca.hypot, ca.remainder, ca.logic_and, ca.logic_or)
+    ),
+    *(
+        lambda a, b, f=f: f(a, b)
+        for f in (lambda a, b: a + b, lambda a, b: a - b, lambda a, b: a * b, lambda a, b: a / b, lambda a, b: a**b)
+    ),
     *(lambda a, b, f=f: f(a, b) for f in (ca.lt, ca.le, ca.eq, ca.ne)),
     lambda a, b: a**1.7,
     lambda a, b: -a,

@@ -34,7 +34,7 @@ def test_each_value_stands_in_the_earliest_stage_that_can_compute_it() -> None:
 def test_a_model_without_a_stage_pays_nothing_for_it() -> None:
     stages = staged(X[1], -X[0])
     assert stages.parameter == stages.time == stages.parameter_values == stages.time_values == ()
-    text = stage_functions(stages, "v_", "v_")
+    text = stage_functions(stages, "v_")
     assert "#define NC 0" in text
     assert "#define NW 0" in text
 
@@ -85,4 +85,4 @@ def test_levels_follow_the_operands() -> None:
 
 def test_numbers_are_printed_digit_for_digit() -> None:
     value = float(np.nextafter(0.1, 1))
-    assert repr(value) in stage_functions(staged(X[0] + value, X[1]), "s_", "s_")
+    assert repr(value) in stage_functions(staged(X[0] + value, X[1]), "s_")

@@ -172,13 +172,16 @@ def _registry() -> Any:
     return pint.UnitRegistry(cache_folder=None)
 
 
-_ALLOWED_UNIT = re.compile(r"[A-Za-z0-9_*/^ ().-]{1,60}", re.ASCII)
+# A product of named units with small powers: pint would evaluate any arithmetic, also 9^9^9^9.
+_UNIT_FACTOR = r"\(?(?:1|[A-Za-z_]+)\)?(?:(?:\^|\*\*)-?\d{1,2})?\)?"
+_ALLOWED_UNIT = re.compile(rf"{_UNIT_FACTOR}(?:\s*[*/ ]\s*\(?{_UNIT_FACTOR})*", re.ASCII)
+LONGEST_UNIT = 60
 
 
 @functools.lru_cache(maxsize=1024)
 def _pint_unit(unit: str, where: str) -> Any:
     registry = _registry()
-    if _ALLOWED_UNIT.fullmatch(unit):
+    if len(unit) <= LONGEST_UNIT and _ALLOWED_UNIT.fullmatch(unit):
         try:
             parsed = registry.parse_expression(unit)
             if getattr(parsed, "magnitude", None) == 1 or isinstance(parsed, (int, float)) and parsed == 1:

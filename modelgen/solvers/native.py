@@ -1,8 +1,9 @@
 """Runs in generated C: the memory of the loop, a watch on it, and an ending with a name.
 
 Part of ``solvers``; the loop itself is ``lowering/native/solver.h``, with the step sizes of ``march`` (rule "smooth") and the
-outputs of ``dense_output``. Here its memory is laid out, its workers are watched (wall clock, cancellation, chatter), and what stopped a
-run is explained at the last good state, on CasADi's virtual machine. ``lanes`` runs many problems through the same loop.
+outputs of ``dense_output``. Here its memory is laid out, its workers are watched (wall clock, cancellation, chatter), and what
+stopped a run is explained at the last good state, on CasADi's virtual machine. ``lanes`` runs many problems through the same
+loop.
 """
 
 from __future__ import annotations

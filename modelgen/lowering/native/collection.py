@@ -1,8 +1,8 @@
 """Sums of time waves collected: each quantity of time only becomes one sum of waves with coefficients of the parameters.
 
-Part of the compiler, between ``graph`` and ``stages``. A row of firing torques is written as a sum of amplitude times (cos k theta
-cos phase - sin k theta sin phase); taken apart and put together again, it costs one product per wave, and everything else moves
-to the parameter stage. What is used once and only in sums is expanded; what is used more often stays a value of its own.
+Part of the compiler, between ``graph`` and ``stages``. A row of firing torques is a sum of amplitude times (cos k theta
+cos phase - sin k theta sin phase); taken apart and put together again, it costs one product per wave, and the rest moves to the
+parameter stage. What is used once and only in sums is expanded; what is used more often stays a value of its own.
 """
 
 from __future__ import annotations

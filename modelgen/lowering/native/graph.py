@@ -2,7 +2,8 @@
 
 Part of the compiler, first step towards C. CasADi hands out the instruction list of an SX function over a few work registers;
 here every value is written once, equal values are one (value numbering), and what depends on parameters only is told from what
-depends on time and on the state. Two rewritings move work to the earlier stage; both change results by rounding only: a / b with b of an earlier stage becomes a (1/b), and p (q a) becomes (p q) a.
+depends on time and on the state. Two rewritings move work to the earlier stage; both change results by rounding only: a / b with
+b of an earlier stage becomes a (1/b), and p (q a) becomes (p q) a.
 """
 
 from __future__ import annotations

@@ -13,8 +13,8 @@ __version__ = "0.1.0"
 
 _HOME = {
     "model": (
-        "BaseFrequency Choice Clock Derived Driveline Element Flange Guard NamedParameter Orders Param PeriodicTable Shared State "
-        "harmonic_rows quantity"
+        "BaseFrequency Choice Clock Derived Driveline Element Flange Guard NamedParameter Orders Param PeriodicTable Shared "
+        "State harmonic_rows quantity"
     ),
     "model.files": "read_model write_model",
     "drivelines": "catalogue load",

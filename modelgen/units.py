@@ -72,7 +72,7 @@ _TABLE = {
 _FACTOR = re.compile(r"([*/]?)\s*(1|[A-Za-z]+)(?:\^(-?\d+))?\s*")
 
 
-@functools.lru_cache(maxsize=None)
+@functools.cache
 def dimension_of(unit: str) -> Dimension:
     """Dimension of an SI unit text made of ``1 rad kg m s N J W Pa Hz`` with ``* / ^``.
 
@@ -122,7 +122,9 @@ def to_si(value: float, unit: str, declared: str, where: str) -> float:
     parsed = _pint_unit(unit, where)
     target = _pint_unit(declared, where)
     if parsed.dimensionality != target.dimensionality:
-        raise UnitError(where, f"{unit!r} has the dimension {_shown(parsed)}", f"{declared!r} ({dimension_of(declared)}) is asked for")
+        raise UnitError(
+            where, f"{unit!r} has the dimension {_shown(parsed)}", f"{declared!r} ({dimension_of(declared)}) is asked for"
+        )
     # pint takes hertz for 1/s = rad/s: a factor of 2 pi that nobody asked for.
     if declared == "rad/s" and re.search(r"hertz|Hz", unit):
         raise UnitError(where, f"{unit!r} is ambiguous for an angular speed", "write rad/s, rpm or turn/s")
@@ -184,7 +186,7 @@ def _pint_unit(unit: str, where: str) -> Any:
     if len(unit) <= LONGEST_UNIT and _ALLOWED_UNIT.fullmatch(unit):
         try:
             parsed = registry.parse_expression(unit)
-            if getattr(parsed, "magnitude", None) == 1 or isinstance(parsed, (int, float)) and parsed == 1:
+            if getattr(parsed, "magnitude", None) == 1 or (isinstance(parsed, (int, float)) and parsed == 1):
                 return registry.Unit(unit)
         except Exception:  # pint raises many kinds of error for a bad text; all mean the same here
             pass

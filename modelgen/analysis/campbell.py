@@ -82,8 +82,8 @@ class CampbellResult:
         at = f"{low:.6g} rpm" if low == high else f"{low:.6g} to {high:.6g} rpm"
         rows = [f"critical speeds of {self.model!r}, operating at {at}: {len(self.critical)}, the nearest"]
         for each in self.critical[:12]:
-            where = f"mode {each.mode + 1} ({each.frequency:.4g} Hz)"
-            rows.append(f"  {each.speed * 30 / np.pi:10.2f} rpm  {each.margin:+8.1%}  {where}, order {each.line.order} ({each.line.label})")
+            where = f"mode {each.mode + 1} ({each.frequency:.4g} Hz), order {each.line.order} ({each.line.label})"
+            rows.append(f"  {each.speed * 30 / np.pi:10.2f} rpm  {each.margin:+8.1%}  {where}")
         return "\n".join(rows)
 
     __repr__ = __str__
@@ -97,10 +97,11 @@ def campbell(
     operating: Any = None,
     highest_order: float | None = None,
 ) -> CampbellResult:
-    """Campbell diagram over ``speeds`` (rising, rad/s or texts; by default from a quarter to one and a half of the operating speed).
+    """Campbell diagram over ``speeds`` (rising, rad/s or texts; by default a quarter to one and a half of the operating speed).
 
-    ``parameters``: values by name, or a function of the speed that returns them. ``operating``: a speed or the pair (low, high), by
-    default the model's own speed. Raises CaseError for speeds that are not lawful, and what ``operating_point`` raises.
+    ``parameters``: values by name, or a function of the speed that returns them. ``operating``: a speed or the pair (low,
+    high), by default the model's own speed. Raises CaseError for speeds that are not lawful, and what ``operating_point``
+    raises.
 
     >>> from modelgen import Driveline, HarmonicTorque, Inertia, Shaft, assemble, lower
     >>> line = Driveline("two_disks", speed="1200 rpm", reference="engine", bases={"firing": 3}, elements=[
@@ -127,8 +128,10 @@ def campbell(
     return CampbellResult(model.name, listed, frequencies, rigid, lines, tuple(critical), target)
 
 
-def order_lines(model: Compiled, speed: float, parameters: Parameters, highest_order: float | None = None) -> tuple[OrderLine, ...]:
-    """All orders that excite noticeably at a speed [rad/s], and the first order of every base frequency even if nothing runs on it."""
+def order_lines(
+    model: Compiled, speed: float, parameters: Parameters, highest_order: float | None = None
+) -> tuple[OrderLine, ...]:
+    """All orders that excite noticeably at a speed [rad/s], and the first order of every other base frequency."""
     point = point_at(model, speed, parameters)
     shaking = excitation(model, point, highest_order=highest_order)
     n = len(point.angle)

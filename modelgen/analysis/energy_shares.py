@@ -1,7 +1,7 @@
 """Which element holds the energy of a mode: shares of kinetic and potential energy.
 
-Below ``modal``. Element e exerts the torques dt_e = -K_e q on its flanges and adds the terms M_e to the mass matrix, so its shares
-of a mode q are q^T M_e q / q^T M q and q^T K_e q / q^T K q; over all elements they sum to 1. Nothing is asked of an
+Below ``modal``. Element e exerts the torques dt_e = -K_e q on its flanges and adds the terms M_e to the mass matrix, so its
+shares of a mode q are q^T M_e q / q^T M q and q^T K_e q / q^T K q; over all elements they sum to 1. Nothing is asked of an
 element but its torques, so every element has its share, whatever it is.
 """
 
@@ -30,7 +30,7 @@ class FlangeMap:
     mass_nodes: NDArray[np.intp]
 
     @classmethod
-    @functools.lru_cache(maxsize=16)  # noqa: B019 - kept with the compiled driveline
+    @functools.lru_cache(maxsize=16)
     def of(cls, model: Compiled) -> FlangeMap:
         """The map of a driveline."""
         eq = model.equations
@@ -46,7 +46,7 @@ class FlangeMap:
 
 
 @functools.lru_cache(maxsize=16)
-def _element_stiffness(model: Compiled) -> ca.Function:
+def element_stiffness(model: Compiled) -> ca.Function:
     """(angle, speed, own, p, w) -> derivative of every flange torque by the angles, mass terms."""
     elements = model.mean_model["elements"]
     given = elements.sx_in()
@@ -61,7 +61,7 @@ def energy_shares(model: Compiled, p: Array, mean: Array, angle: Array, own: Arr
     """
     where = FlangeMap.of(model)
     ratio = np.asarray(model.mean_model["node_ratios"](p)).ravel()
-    stiffness, mass = _element_stiffness(model)(angle, np.zeros(len(angle)), own, p, mean)
+    stiffness, mass = element_stiffness(model)(angle, np.zeros(len(angle)), own, p, mean)
     count = len(model.equations.instances)
     at_flange = ratio[where.flange_node, None] * shapes[where.flange_group]
     potential = _by_element(where.flange_element, -at_flange * (stiffness @ shapes).full(), count)

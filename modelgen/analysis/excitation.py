@@ -18,6 +18,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from modelgen.analysis.energy_shares import FlangeMap, element_stiffness
 from modelgen.analysis.linear_model import mapped, seen
 from modelgen.errors import CaseError
 from modelgen.lowering import Compiled
@@ -35,9 +36,9 @@ TINY = 1e-11  # share of a row's size below which a harmonic is rounding
 class Excitation:
     """Harmonics by order: a quantity is its mean + Re sum_h amplitude_h e^(i order_h phi), phi the angle of the reference shaft.
 
-    ``orders`` per turn of the reference shaft, exact, rising; ``bases`` and ``harmonics``: which base frequencies each comes from,
-    and as which multiple; ``amplitudes`` (rows, orders) of the torques on the groups, the rates of own states and the channels
-    asked for; ``by_flange`` (flanges, orders) [N*m]: which element puts which torque on the node of each flange;
+    ``orders`` per turn of the reference shaft, exact, rising; ``bases`` and ``harmonics``: which base frequencies each comes
+    from, and as which multiple; ``amplitudes`` (rows, orders) of the torques on the groups, the rates of own states and the
+    channels asked for; ``by_flange`` (flanges, orders) [N*m]: which element puts which torque on the node of each flange;
     ``varying`` (quantities, orders) of what varies with time itself.
     """
 
@@ -49,7 +50,9 @@ class Excitation:
     varying: Complex
 
 
-def excitation(model: Compiled, point: OperatingPoint, channels: tuple[str, ...] = (), highest_order: float | None = None) -> Excitation:
+def excitation(
+    model: Compiled, point: OperatingPoint, channels: tuple[str, ...] = (), highest_order: float | None = None
+) -> Excitation:
     """Harmonics of all that varies with time, at the operating point, up to a highest order of the reference shaft.
 
     Raises CaseError for a quantity that runs on two base frequencies at once.
@@ -89,7 +92,9 @@ def _flange_count(model: Compiled) -> int:
 def _shaken(model: Compiled, rows: tuple[int, ...]) -> ca.Function:
     """(angle, speed, own, p, w) -> what is ``seen``, then the torque of every element on every flange."""
     given = seen(model, rows).sx_in()
-    return ca.Function("shaken", given, [ca.vertcat(seen(model, rows)(*given), ca.densify(model.mean_model["elements"](*given)[0]))])
+    return ca.Function(
+        "shaken", given, [ca.vertcat(seen(model, rows)(*given), ca.densify(model.mean_model["elements"](*given)[0]))]
+    )
 
 
 def base_multiples(model: Compiled, point: OperatingPoint) -> list[Fraction]:
@@ -165,7 +170,7 @@ def _series(
 def _sampled(
     model: Compiled, point: OperatingPoint, rows: tuple[int, ...], clock: int, entries: tuple[int, ...], turns: Array
 ) -> Array:
-    """Torques, rates, channels, flange torques and quantities while one base frequency runs through ``turns`` and all else stands at its mean."""
+    """Torques, rates, channels, flange torques and quantities over ``turns`` of one base frequency, all else at its mean."""
     count, n = len(turns), len(point.angle)
     angles = np.zeros((len(model.equations.clocks), count))
     angles[clock] = 2 * np.pi * turns
@@ -181,24 +186,25 @@ def parametric(model: Compiled, point: OperatingPoint, samples: int = 32) -> dic
 
     Their linear answer is a first approximation: it leaves out that the changed stiffness answers the vibration differently.
     """
-    names = quantity_names(model)
+    names = [name.rpartition(".")[0] for name in quantity_names(model)]
     felt = set(model.mean_model["linear"].jac_sparsity(2, 4).get_triplet()[1])
-    n, own = len(point.angle), own_start(model)
-    turns = 2 * np.pi * np.arange(samples) / samples
+    index = {instance.name: number for number, instance in enumerate(model.equations.instances)}
+    flange_element = FlangeMap.of(model).flange_element
+    held = point.angle, np.zeros(len(point.angle)), own_start(model), point.p
+    stiffness = element_stiffness(model)(*held, point.mean)[0].full()
     found: dict[str, float] = {}
     for clock, entries in driven_quantities(model).items():
         angles = np.zeros((len(model.equations.clocks), samples))
-        angles[clock] = turns
+        angles[clock] = 2 * np.pi * np.arange(samples) / samples
         timed = np.asarray(mapped(model.mean_model["timed"], samples)(angles, np.zeros((1, samples)), point.p))
-        for name in dict.fromkeys(names[entry].rpartition(".")[0] for entry in entries if entry in felt):
-            mine = [entry for entry in entries if names[entry].rpartition(".")[0] == name]
+        for name in dict.fromkeys(names[entry] for entry in entries if entry in felt):
+            mine = [entry for entry in entries if names[entry] == name]
+            rows = flange_element == index[name]
             for column in timed.T:
                 varying = point.mean.copy()
                 varying[mine] = column[mine]
-                stiffness = model.mean_model["linear"](point.angle, np.zeros(n), own, point.p, varying)[2].full()
-                change = np.abs(stiffness - point.stiffness)
-                largest = np.unravel_index(change.argmax(), change.shape)
-                if change[largest] > 1e-9 * np.abs(point.stiffness).max():
-                    share = change[largest] / max(abs(point.stiffness[largest]), np.finfo(float).tiny)
-                    found[name] = max(found.get(name, 0.0), float(share))
+                change = np.abs(element_stiffness(model)(*held, varying)[0].full()[rows] - stiffness[rows]).max()
+                own = np.abs(stiffness[rows]).max()
+                if change > 1e-9 * own:
+                    found[name] = max(found.get(name, 0.0), float(change / own) if own else np.inf)
     return found

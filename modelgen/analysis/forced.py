@@ -1,10 +1,10 @@
 """Question: how does the driveline answer its harmonic torques, order by order and over the cycle, at every speed?
 
 The linear model about the operating point (``linear_model``) under everything that varies with time (``excitation``), order by
-order in complex amplitudes, so phases of sources (firing order, misfire, mesh phases) count. Loss factors are complex stiffness.
-A mesh stiffness that varies with time counts only by the force that it changes at rest; ``parametric`` says by how much it varies.
-Sources: W. Ker Wilson, Practical Solution of Torsional Vibration Problems, vol. 2 (1963); M. I. Friswell et al., Dynamics of
-Rotating Machines (2010), ch. 9.
+order in complex amplitudes, so phases of sources (firing order, misfire, mesh phases) count. Loss factors are complex
+stiffness. A mesh stiffness that varies with time counts only by the force that it changes at rest; ``parametric`` says by how
+much it varies. Sources: W. Ker Wilson, Practical Solution of Torsional Vibration Problems, vol. 2 (1963); M. I. Friswell et
+al., Dynamics of Rotating Machines (2010), ch. 9.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ LOST = ".dissipated_power"
 class ForcedResult:
     """Steady vibration by speed, channel and order.
 
-    A channel is mean + Re sum_h amplitude_h e^(i order_h phi), phi the angle of the reference shaft, zero at t = 0; amplitudes are
-    0-to-peak and physical (``referred_ratio`` of an inertia refers its angles). ``speeds`` [rad/s]; ``orders`` per turn of
-    the reference shaft, exact, with the ``bases`` that each comes from; ``channels`` with ``units``; ``mean`` (speeds, channels);
-    ``amplitudes`` (speeds, channels, orders). ``dampers`` and ``power`` (speeds, dampers, orders) [W]: mean power that each turns
-    into heat by vibration. ``gears``: channels that carry the load of a gear. ``parametric``: elements whose stiffness varies with
-    time, and by what share; what that adds to the response is not in here.
+    A channel is mean + Re sum_h amplitude_h e^(i order_h phi), phi the angle of the reference shaft, zero at t = 0; amplitudes
+    are 0-to-peak and physical (``referred_ratio`` of an inertia refers its angles). ``speeds`` [rad/s]; ``orders`` per turn of
+    the reference shaft, exact, with the ``bases`` that each comes from; ``channels`` with ``units``; ``mean`` (speeds,
+    channels); ``amplitudes`` (speeds, channels, orders). ``dampers`` and ``power`` (speeds, dampers, orders) [W]: mean power
+    that each turns into heat by vibration. ``gears``: channels that carry the load of a gear. ``parametric``: elements whose
+    stiffness varies with time, and by what share; what that adds to the response is not in here.
     """
 
     model: str
@@ -110,7 +110,7 @@ class ForcedResult:
 
 @dataclass(frozen=True, eq=False)
 class Swings:
-    """Mean, least and largest value (speeds,) of a channel over the cycle; ``exact`` or else bounds (a cycle too long to sample)."""
+    """Mean, least and largest value (speeds,) of a channel over the cycle; ``exact``, or bounds for a cycle too long to sample."""
 
     mean: Array
     least: Array
@@ -140,11 +140,11 @@ def forced(
 ) -> ForcedResult:
     """Forced response at ``speeds`` (numbers in rad/s or texts with units; by default the operating speed).
 
-    ``parameters``: values by name that differ from the model's own, or a function of the speed [rad/s] that returns them; a misfire
-    is ``{"firing_3.scale": 0}``. ``channels``: by default angles, twists, torques, forces and mesh deflections. ``diameters``: the
-    outer diameter, or outer and inner one, of shafts by name [m]; it adds their ``.shear_stress`` [Pa].
-    ``complex_stiffness=False`` takes loss factors as viscous. Raises CaseError for names and speeds that are not
-    lawful and where an order meets a mode without damping, BalanceError where mean torques do not balance.
+    ``parameters``: values by name that differ from the model's own, or a function of the speed [rad/s] that returns them; a
+    misfire is ``{"firing_3.scale": 0}``. ``channels``: by default angles, twists, torques, forces and mesh deflections.
+    ``diameters``: the outer diameter, or outer and inner one, of shafts by name [m]; it adds their ``.shear_stress`` [Pa].
+    ``complex_stiffness=False`` takes loss factors as viscous. Raises CaseError for names and speeds that are not lawful and
+    where an order meets a mode without damping, BalanceError where mean torques do not balance.
 
     >>> from modelgen import Driveline, HarmonicTorque, Inertia, Shaft, assemble, lower
     >>> line = Driveline("two_disks", speed="1200 rpm", reference="engine", bases={"turn": 1}, elements=[

@@ -99,5 +99,7 @@ def _solved(elimination: Elimination | None, rows: Any, columns: Any, entries: A
         bad = ~(gain <= SINGULAR * np.abs(right).max(axis=0)) & (np.abs(right).max(axis=0) > 0)
     if bad.any():
         at = omega[bad][0]
-        raise CaseError("frequency response", f"{at:.9g} rad/s is the frequency of an undamped mode", "add damping or go around it")
+        raise CaseError(
+            "frequency response", f"{at:.9g} rad/s is the frequency of an undamped mode", "add damping or go around it"
+        )
     return x

@@ -1,9 +1,9 @@
 """Question: do the gears hammer, that is, does the vibratory torque exceed the mean torque that keeps the flanks together?
 
-Read from a forced response: mean + vibration over the cycle, with phases. Where the sum changes its sign, flanks part and strike; a
-linear answer says that they do, not what follows (that takes time integration with the backlash).
-Source: W. Ker Wilson, Practical Solution of Torsional Vibration Problems, vol. 2 (1963) (gear hammer); classification societies
-ask the same of marine gears.
+Read from a forced response: mean + vibration over the cycle, with phases. Where the sum changes its sign, flanks part and
+strike; a linear answer says that they do, not what follows (that takes time integration with the backlash). Source: W. Ker
+Wilson, Practical Solution of Torsional Vibration Problems, vol. 2 (1963) (gear hammer); classification societies ask the same
+of marine gears.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class GearLoad:
-    """Load of one gear over the speeds, in ``unit``: mean, largest departure from it, and its least value in the sense of the mean.
+    """Load of one gear over the speeds, in ``unit``: mean, largest departure from it, least value in the sense of the mean.
 
     ``ratio`` = ``alternating`` / |mean| (infinite without a mean); ``hammer``: whether the load reaches zero. ``exact``: over the
     common cycle, or else a bound (``Swings``).
@@ -60,7 +60,9 @@ class HammerResult:
 def gear_hammer(result: ForcedResult) -> HammerResult:
     """Whether and where the gears hammer. Raises CaseError where the response holds no load of a gear."""
     if not result.gears:
-        raise CaseError(f"forced response of {result.model!r}", "holds no load of a gear", "ask a driveline with gears, with their forces")
+        raise CaseError(
+            f"forced response of {result.model!r}", "holds no load of a gear", "ask a driveline with gears, with their forces"
+        )
     found = {}
     for channel in result.gears:
         swing = result.swing(channel)

@@ -48,8 +48,10 @@ class LinearModel:
     rest: Array
 
 
-def linearize(model: Compiled, point: OperatingPoint, channels: tuple[str, ...] = (), complex_stiffness: bool = True) -> LinearModel:
-    """The linear model about a point. With ``complex_stiffness=False`` loss factors act as viscous, right at their frequency only.
+def linearize(
+    model: Compiled, point: OperatingPoint, channels: tuple[str, ...] = (), complex_stiffness: bool = True
+) -> LinearModel:
+    """The linear model about a point. With ``complex_stiffness=False`` loss factors are viscous, right at their frequency only.
 
     Raises CaseError for a channel that does not exist.
     """

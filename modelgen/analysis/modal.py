@@ -33,16 +33,14 @@ SAME = 1e-9  # relative distance of natural frequencies that count as repeated
 class ModalResult:
     """Modes of a driveline, rigid rotations first.
 
-    ``names`` of the nodes, ``ratio`` (nodes,) their speed per speed of the reference shaft.
-    ``frequencies`` [Hz] undamped, sorted, exactly zero for the first ``rigid`` modes, negative for an unstable one; ``shapes``
-    (nodes, modes) in physical angles, largest entry 1; ``referred`` the same divided by ``ratio``; ``modal_inertia`` [kg*m^2] of
-    the shapes as given. ``repeated``: numbers (from 0) of modes that share a frequency; their shapes are one choice of many.
-    ``elements`` with ``kinetic`` and ``potential`` (elements, modes): shares of the energy, each summing to 1 (rigid modes have no
-    potential energy: zeros).
-    ``damped_frequencies`` [Hz], ``damping_ratios``, ``decay_rates`` [1/s] and complex ``damped_shapes`` (nodes, pairs) of the
-    damped modes that oscillate, sorted by frequency.
-    ``complete``: all modes are here. If not, the damped ones are those of the damping projected on the modes given, which is exact
-    for proportional damping.
+    ``names`` of the nodes, ``ratio`` (nodes,) their speed per speed of the reference shaft. ``frequencies`` [Hz] undamped,
+    sorted, exactly zero for the first ``rigid`` modes, negative for an unstable one; ``shapes`` (nodes, modes) in physical
+    angles, largest entry 1; ``referred`` the same divided by ``ratio``; ``modal_inertia`` [kg*m^2] of the shapes as given.
+    ``repeated``: numbers (from 0) of modes that share a frequency; their shapes are one choice of many. ``elements`` with
+    ``kinetic`` and ``potential`` (elements, modes): shares of the energy, each summing to 1 (rigid modes have no potential
+    energy: zeros). ``damped_frequencies`` [Hz], ``damping_ratios``, ``decay_rates`` [1/s] and complex ``damped_shapes`` (nodes,
+    pairs) of the damped modes that oscillate, sorted by frequency. ``complete``: all modes are here. If not, the damped ones
+    are those of the damping projected on the modes given, which is exact for proportional damping.
     """
 
     model: str
@@ -65,9 +63,13 @@ class ModalResult:
 
     def __str__(self) -> str:
         kind = "all" if self.complete else "lowest"
-        rows = [f"modes of {self.model!r}: {kind} {len(self.frequencies)}, {self.rigid} rigid; most kinetic, most potential energy in"]
+        rows = [
+            f"modes of {self.model!r}: {kind} {len(self.frequencies)}, {self.rigid} rigid; most kinetic, most potential energy in"
+        ]
         for mode, frequency in enumerate(self.frequencies):
-            kinetic, potential = (f"{self.elements[s[:, mode].argmax()]} {s[:, mode].max():.0%}" for s in (self.kinetic, self.potential))
+            kinetic, potential = (
+                f"{self.elements[s[:, mode].argmax()]} {s[:, mode].max():.0%}" for s in (self.kinetic, self.potential)
+            )
             rows.append(f"  {mode + 1:3d} {frequency:12.4f} Hz  {kinetic}, {'none' if mode < self.rigid else potential}")
         return "\n".join(rows)
 

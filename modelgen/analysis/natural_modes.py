@@ -1,10 +1,9 @@
 """Natural modes of M q'' + C q' + K q = 0, all of them, for drivelines of up to some hundred degrees of freedom.
 
-Below ``modal``. What turns or moves without any stiffness is split off first, in the chosen coordinates, so a rigid mode is exactly
-zero and takes no accuracy from the others; each frequency is then improved by its Rayleigh quotient in relative angles, where a
-tree of shafts has a diagonal stiffness and nothing cancels.
-Sources: F. Tisseur, K. Meerbergen, SIAM Rev. 43 (2001) 235 (state-space form); B. N. Parlett, The Symmetric Eigenvalue Problem
-(1998), ch. 1 (Rayleigh quotient).
+Below ``modal``. What turns or moves without any stiffness is split off first, in the chosen coordinates, so a rigid mode is
+exactly zero and takes no accuracy from the others; each frequency is then improved by its Rayleigh quotient in relative angles,
+where a tree of shafts has a diagonal stiffness and nothing cancels. Sources: F. Tisseur, K. Meerbergen, SIAM Rev. 43 (2001) 235
+(state-space form); B. N. Parlett, The Symmetric Eigenvalue Problem (1998), ch. 1 (Rayleigh quotient).
 """
 
 from __future__ import annotations
@@ -56,7 +55,9 @@ def natural_modes(mass: Array, stiffness: Array, coordinates: Coordinates) -> Mo
     symmetric = np.linalg.solve(factor, np.linalg.solve(factor, reduced_stiffness).T)
     _, vectors = np.linalg.eigh((symmetric + symmetric.T) / 2)
     vectors = np.linalg.solve(factor.T, vectors)
-    squares = np.einsum("im,ij,jm->m", vectors, reduced_stiffness, vectors) / np.einsum("im,ij,jm->m", vectors, reduced_mass, vectors)
+    squares = np.einsum("im,ij,jm->m", vectors, reduced_stiffness, vectors) / np.einsum(
+        "im,ij,jm->m", vectors, reduced_mass, vectors
+    )
     order = np.argsort(squares, kind="stable")
     rigid = np.linalg.solve(np.linalg.cholesky(inertia), loose.T).T if loose.size else loose
     shapes = np.hstack([rigid, (elastic @ vectors)[:, order]])
@@ -66,7 +67,7 @@ def natural_modes(mass: Array, stiffness: Array, coordinates: Coordinates) -> Mo
 
 @dataclass(frozen=True, eq=False)
 class DampedModes:
-    """Damped vibrating modes: ``values`` s [1/s] with positive imaginary part, by frequency, and ``shapes`` (groups, modes) of q e^(st)."""
+    """Damped vibrating modes by frequency: ``values`` s [1/s], Im s > 0, and ``shapes`` q (groups, modes) of q e^(st)."""
 
     values: Complex
     shapes: Complex
@@ -90,10 +91,10 @@ class DampedModes:
 def damped_modes(modes: Modes, damping: Any, stiffness: Array | None = None) -> DampedModes:
     """Damped vibrating modes, those that do not oscillate left out.
 
-    In the coordinates of ``modes``, without the angles of the free ones, so that their zero eigenvalues do not come in; where only
-    some lowest modes are given, the damping is projected on them. ``damping`` (groups, groups), an array or a sparse CasADi
-    matrix. ``stiffness``, where given, adds its skew part; both may have more rows and columns than groups: those of
-    own states z with z' + C_zq q' + K_zq q + K_zz z = 0.
+    In the coordinates of ``modes``, without the angles of the free ones, so that their zero eigenvalues do not come in; where
+    only some lowest modes are given, the damping is projected on them. ``damping`` (groups, groups), an array or a sparse
+    CasADi matrix. ``stiffness``, where given, adds its skew part; both may have more rows and columns than groups: those of own
+    states z with z' + C_zq q' + K_zq q + K_zz z = 0.
     """
     shapes, free = modes.shapes, modes.free
     n, count = shapes.shape

@@ -1,10 +1,9 @@
 """Question: how do the sources add up in a mode, order by order?
 
-A source that puts the torque T e^(i order phi) on a node works on a mode in proportion to T times the shape there. The vectors of all
-sources, turned by their phases (firing order), add up to the phase-vector sum: large for the major orders, nearly zero where
-the firings cancel. A misfire is one vector short.
-Sources: J. P. Den Hartog, Mechanical Vibrations (1956), sec. 5.4; W. Ker Wilson, Practical Solution of Torsional Vibration Problems,
-vol. 1 (1956), ch. 7.
+A source that puts the torque T e^(i order phi) on a node works on a mode in proportion to T times the shape there. The vectors
+of all sources, turned by their phases (firing order), add up to the phase-vector sum: large for the major orders, nearly zero
+where the firings cancel. A misfire is one vector short. Sources: J. P. Den Hartog, Mechanical Vibrations (1956), sec. 5.4; W.
+Ker Wilson, Practical Solution of Torsional Vibration Problems, vol. 1 (1956), ch. 7.
 """
 
 from __future__ import annotations
@@ -32,8 +31,9 @@ Complex = NDArray[np.complex128]
 class PhaseVectorResult:
     """Vectors [N*m] of every source on every elastic mode, for shapes whose largest physical entry is 1.
 
-    ``orders`` per turn of the reference shaft; ``sources``: elements that excite; ``modes``: numbers from 0 as in ``modal``, with
-    ``frequencies`` [Hz]; ``vectors`` (modes, sources, orders); ``critical_speeds`` (modes, orders) [rad/s] where order and mode meet.
+    ``orders`` per turn of the reference shaft; ``sources``: elements that excite; ``modes``: numbers from 0 as in ``modal``,
+    with ``frequencies`` [Hz]; ``vectors`` (modes, sources, orders); ``critical_speeds`` (modes, orders) [rad/s] where order and
+    mode meet.
     """
 
     model: str
@@ -62,7 +62,9 @@ class PhaseVectorResult:
         return self.vectors[:, self.sources.index(source)]
 
 
-def phase_vectors(model: Compiled, parameters: Mapping[str, Any] | None = None, highest_order: float | None = None) -> PhaseVectorResult:
+def phase_vectors(
+    model: Compiled, parameters: Mapping[str, Any] | None = None, highest_order: float | None = None
+) -> PhaseVectorResult:
     """Phase vectors at the operating point for the model's parameters with some changed by name.
 
     Two cylinders that fire half a turn apart cancel in the first order and pull together in the second:

@@ -1,6 +1,7 @@
 """Operating speeds that a question is asked at, and the parameters that hold at each.
 
-Below ``campbell`` and ``forced``. Gas pressure, drag and inertia torques change with speed, so parameters may be a function of it.
+Below ``campbell`` and ``forced``. Gas pressure, drag and inertia torques change with speed, so parameters may be a function of
+it.
 """
 
 from __future__ import annotations

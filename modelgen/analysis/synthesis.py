@@ -55,8 +55,8 @@ def synthesize(orders: tuple[Fraction, ...], amplitudes: Complex, points: int = 
 def extremes(orders: tuple[Fraction, ...], groups: tuple[tuple[str, ...], ...], amplitudes: Complex) -> tuple[Array, Array, bool]:
     """Least and largest value (...,) of the synthesized sum, and whether they are reached within the common cycle.
 
-    Where that cycle is too long, the sums of the extremes of each group of orders (``groups``: names per order) bound them: orders
-    that never repeat together come as close to that as one waits.
+    Where that cycle is too long, the sums of the extremes of each group of orders (``groups``: names per order) bound them:
+    orders that never repeat together come as close to that as one waits.
     """
     try:
         values = synthesize(orders, amplitudes)[1]

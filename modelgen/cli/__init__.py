@@ -1,4 +1,4 @@
-"""The command line: ``modelgen run``, ``crosscheck``, ``check``, ``list``, ``show``, ``elements``. Only ``__main__`` stands below it.
+"""The command line: ``modelgen run``, ``modal``, ``limits`` and the others of ``commands``. Only ``__main__`` stands below it.
 
 A command asks the packages above and puts their answers into files or lines. What is heavy is imported inside the commands, so
 that ``modelgen --help`` answers at once.

@@ -10,11 +10,17 @@ from typing import Any
 import click
 
 from modelgen import __version__
+from modelgen.cli.campbell import campbell
 from modelgen.cli.check import check
 from modelgen.cli.crosscheck import crosscheck
 from modelgen.cli.elements import elements
 from modelgen.cli.ending import INTERRUPTED, REFUSED, Ending
+from modelgen.cli.equivalent import equivalent
+from modelgen.cli.forced import forced
+from modelgen.cli.limits import limits
 from modelgen.cli.listing import listing
+from modelgen.cli.modal import modal
+from modelgen.cli.new import new
 from modelgen.cli.run import run
 from modelgen.cli.show import show
 from modelgen.errors import ModelgenError
@@ -24,6 +30,7 @@ EXAMPLES = """
 Examples:
   modelgen list
   modelgen run fracturing-truck --out out/truck
+  modelgen modal fracturing-truck --out out/modes
   modelgen check my_driveline.toml
 """
 
@@ -49,5 +56,5 @@ def commands() -> None:
     """
 
 
-for command in (run, crosscheck, check, listing, show, elements):
+for command in (run, modal, campbell, forced, limits, crosscheck, new, equivalent, check, listing, show, elements):
     commands.add_command(command)

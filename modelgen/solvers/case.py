@@ -119,7 +119,8 @@ class Case:
     def __str__(self) -> str:
         name = "?" if self.model is None else self.model.name
         changed = "".join(f", {key}={value}" for key, value in self.parameters.items())
-        return f"case of {name!r}: {self.begin:g} to {self.end:g} s from {self.start} by {self.solver} at {self.tolerance:g}{changed}"
+        span = f"{self.begin:g} to {self.end:g} s from {self.start}"
+        return f"case of {name!r}: {span} by {self.solver} at {self.tolerance:g}{changed}"
 
     __repr__ = __str__
 

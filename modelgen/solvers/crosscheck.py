@@ -85,7 +85,8 @@ class CrosscheckResult:
     def sentence(self) -> str:
         """How far the comparison carries, in words."""
         if not self.growth_rate:
-            return f"Over {self.horizon:g} s the solvers differ by at most {self.worst_relative_difference:.2g}; the difference does not grow exponentially."
+            worst = f"{self.worst_relative_difference:.2g}"
+            return f"Over {self.horizon:g} s the solvers differ by at most {worst}; the difference does not grow exponentially."
         return (
             f"The difference grows exponentially, by a factor e every {1 / self.growth_rate:.3g} s; "
             f"a comparison of trajectories means something until about {self.meaningful_until:.3g} s."
@@ -126,7 +127,8 @@ def crosscheck(
     """
     if not solvers or case.model is None:
         raise CaseError("cross-check", "has nothing to compare", "give a case with its model and at least one solver")
-    plan = [(name, tolerance) for name in solvers for tolerance in (tolerances[name] if isinstance(tolerances, Mapping) else tolerances)]
+    of_each = tolerances if isinstance(tolerances, Mapping) else dict.fromkeys(solvers, tolerances)
+    plan = [(name, tolerance) for name in solvers for tolerance in of_each[name]]
     if not plan:
         raise CaseError("cross-check", "has no tolerances", "give at least one")
     chosen = reference or (solvers[0], min(tolerance for name, tolerance in plan if name == solvers[0]) / 10)
@@ -134,7 +136,9 @@ def crosscheck(
     base = case.change(channels=names)
     exact = _run(base, *chosen)
     if not exact.succeeded:
-        raise CaseError("cross-check", f"the reference run failed: {exact.message}", "shorten the horizon or loosen the tolerance")
+        raise CaseError(
+            "cross-check", f"the reference run failed: {exact.message}", "shorten the horizon or loosen the tolerance"
+        )
     swing = {name: _swing(exact.times, exact[name]) for name in names}
     moving = [name for name in names if swing[name] > 0]
     runs, nearest_difference = [], None
@@ -146,7 +150,9 @@ def crosscheck(
             differences = dict(zip(moving, over_time.max(axis=1).tolist(), strict=True)) if moving else {"none": 0.0}
             if moving and name != chosen[0]:
                 worst = over_time.max(axis=0)
-                nearest_difference = worst if nearest_difference is None or worst.max() < nearest_difference.max() else nearest_difference
+                nearest_difference = (
+                    worst if nearest_difference is None or worst.max() < nearest_difference.max() else nearest_difference
+                )
         runs.append(CrosscheckRun(name, tolerance, solution.outcome, solution.message, solution.statistics, differences))
     growth, until = (0.0, math.inf) if nearest_difference is None else exponential_growth(exact.times, nearest_difference)
     return CrosscheckResult(

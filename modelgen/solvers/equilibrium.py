@@ -106,7 +106,9 @@ def static_angles(model: Compiled, p: Array, mean: Array, coordinates: Coordinat
             stall += weight > 1e12
     if np.abs(rest).max(initial=0.0) > 1e-9 * size:
         remains = f"a generalized force of {np.abs(rest).max():.3g} remains"
-        raise CaseError(f"driveline {model.name!r}", f"has no static equilibrium ({remains})", 'start from "zero" or from given states')
+        raise CaseError(
+            f"driveline {model.name!r}", f"has no static equilibrium ({remains})", 'start from "zero" or from given states'
+        )
     return to_angles @ u, drift
 
 
@@ -124,7 +126,8 @@ def _drift(model: Compiled, torque: Array, mass: Array, coordinates: Coordinates
         power = net * float(np.max(np.abs(speed / ratio)))
         raise BalanceError(
             f"driveline {model.name!r}",
-            f"mean torques leave {net:.6g} N*m ({power:.4g} W) at the reference shaft, which would accelerate by {drift:.4g} rad/s^2",
+            f"mean torques leave {net:.6g} N*m ({power:.4g} W) at the reference shaft, "
+            f"which would accelerate by {drift:.4g} rad/s^2",
             "use balance(load), change a torque, or declare that it drifts",
         )
     return drive, drift

@@ -84,8 +84,12 @@ class NativeRuns:
             self.work()
         else:
             with ThreadPoolExecutor(threads) as pool:
-                for each in [pool.submit(self.work) for _ in range(threads)]:
-                    each.result()
+                try:
+                    for each in [pool.submit(self.work) for _ in range(threads)]:
+                        each.result()
+                except BaseException:  # an interruption, or a progress report that fails: nobody goes on alone
+                    self.stopped = Outcome.CANCELLED
+                    raise
         if self.stopped is None:
             self.watch.finish()
 

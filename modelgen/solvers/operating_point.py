@@ -110,7 +110,9 @@ def _balance(model: Compiled, p: Array, fixed: set[str]) -> None:
 
     without, load = power(0.0), power(1.0)
     if load == without:
-        raise BalanceError(f"driveline {model.name!r}", "the balanced loads have no mean torque", "give them a mean, or balance other loads")
+        raise BalanceError(
+            f"driveline {model.name!r}", "the balanced loads have no mean torque", "give them a mean, or balance other loads"
+        )
     p[entries] = given * (without / (without - load))
 
 

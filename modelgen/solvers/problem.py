@@ -23,6 +23,7 @@ from modelgen.solvers.outcome import Outcome
 Vector = NDArray[np.float64]
 
 RULES = ("smooth", "paper")
+BACKENDS = ("vm", "c", "auto")
 
 
 def finite_vector(name: str, value: Any, length: int | None = None) -> Vector:
@@ -171,7 +172,8 @@ class SolverOptions:
 
     ``tolerance``: largest error of a step, relative to the scale of each state (never to its present value).
     ``first_step``, ``largest_step`` [s]: by default estimated, and unlimited. ``fixed_step`` [s]: no error control; the run is
-    divided into equal steps of at most this size. ``rule``: "smooth", or the paper's halving and doubling. ``extrapolate``: add
+    divided into equal steps of at most this size. ``rule``: "smooth", or the paper's halving and doubling.
+    ``backend``: CasADi's virtual machine ("vm"), generated C ("c"), or C where there is a compiler ("auto"). ``extrapolate``: add
     Eq. 31's difference to the result, which raises the order by one. ``progress`` is called with the fraction done, ``cancel``
     returns True to stop; both some twenty times a second.
     """
@@ -181,6 +183,7 @@ class SolverOptions:
     largest_step: float | None = None
     fixed_step: float | None = None
     rule: str = "smooth"
+    backend: str = "vm"
     extrapolate: bool = True
     budget: Budget = field(default_factory=Budget)
     progress: Callable[[float], None] | None = None
@@ -193,6 +196,8 @@ class SolverOptions:
                 _positive(f"solver options, {name}", getattr(self, name))
         if self.fixed_step is not None and (self.first_step is not None or self.largest_step is not None):
             raise CaseError("solver options, fixed_step", "is given beside first_step or largest_step", "give one or the other")
+        if self.backend not in BACKENDS:
+            raise CaseError("solver options, backend", f"is {self.backend!r}", f"known are {', '.join(BACKENDS)}")
         if self.rule not in RULES:
             raise CaseError("solver options, rule", f"is {self.rule!r}", f"known are {', '.join(RULES)}")
         if not isinstance(self.extrapolate, bool):

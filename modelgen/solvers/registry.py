@@ -37,7 +37,7 @@ SOLVERS: Mapping[str, Solver] = MappingProxyType(
             solve_rk4,
             4,
             "Runge-Kutta 4 with step doubling, the paper's (explicit; order 5 with extrapolation)",
-            frozenset({"fixed_step", "rule", "extrapolate"}),
+            frozenset({"fixed_step", "rule", "extrapolate", "backend"}),
         ),
         "cvodes": Solver(solve_cvodes, 5, "CVODES: backward differentiation of order 1 to 5 (implicit, for stiff models)"),
         "idas": Solver(solve_idas, 5, "IDAS: the same for differential-algebraic equations (implicit)"),

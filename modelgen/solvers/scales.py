@@ -54,13 +54,14 @@ def _own_stiffness(model: Compiled, point: OperatingPoint) -> Array:
             continue
         column = c.to_angles[:, k]
         for reach in 10.0 ** np.arange(-7, 1):
-            ends = [model.mean_model["torque"](point.angle + side * reach * column, zeros, own, point.p, point.mean)[0] for side in (-1, 1)]
+            places = (point.angle - reach * column, point.angle + reach * column)
+            ends = [model.mean_model["torque"](place, zeros, own, point.p, point.mean)[0] for place in places]
             stiffness[k] = max(stiffness[k], abs(float(column @ np.asarray(ends[1] - ends[0]).ravel())) / (2 * reach))
     return stiffness
 
 
 def _reference_torque(model: Compiled, point: OperatingPoint, start: Array) -> float:
-    """Largest torque on any group [N*m at the reference shaft] over a turn of the clocks: of the sources alone, and at the start."""
+    """Largest torque on any group [N*m at the reference shaft] over a turn of the clocks, of the sources and at the start."""
     c, n = point.coordinates, len(model.equations.steps)
     own = np.tile(start[2 * n :, None], SAMPLES)
     clocks = np.tile(np.arange(SAMPLES) * (2 * np.pi / SAMPLES), (len(model.equations.clocks), 1))

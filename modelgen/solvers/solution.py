@@ -49,7 +49,8 @@ class Solution:
             return self.channels[name]
         if name in self.state_names:
             return self.states[:, self.state_names.index(name)]
-        raise CaseError(f"solution of {self.model_name!r}", f"no output {name!r}", nearest(name, [*self.channels, *self.state_names]))
+        known = [*self.channels, *self.state_names]
+        raise CaseError(f"solution of {self.model_name!r}", f"no output {name!r}", nearest(name, known))
 
     def unit(self, name: str) -> str:
         """Unit of a channel."""
@@ -128,13 +129,16 @@ class Solution:
         except CaseError:
             raise
         except (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile, EOFError) as error:
-            raise CaseError(str(path), f"is no saved solution ({type(error).__name__})", "give a file that Solution.save wrote") from None
+            raise CaseError(
+                str(path), f"is no saved solution ({type(error).__name__})", "give a file that Solution.save wrote"
+            ) from None
 
     def __str__(self) -> str:
         s = self.statistics
         span = f"{self.times[0]:g} to {self.times[-1]:g} s" if len(self.times) else "no times"
         cost = f"{s.steps} steps ({s.rejected} rejected), {s.evaluations} evaluations, {s.seconds:.3g} s"
-        return f"solution of {self.model_name!r}: {len(self.times)} times, {span}, {len(self.channels)} channels\n  {self.message}\n  {cost}"
+        head = f"solution of {self.model_name!r}: {len(self.times)} times, {span}, {len(self.channels)} channels"
+        return f"{head}\n  {self.message}\n  {cost}"
 
     __repr__ = __str__
 

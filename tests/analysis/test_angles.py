@@ -7,7 +7,20 @@ import dataclasses
 import numpy as np
 import pytest
 
-from modelgen import Case, Driveline, HarmonicTorque, Inertia, Shaft, assemble, load, lower, modal, operating_point, settled_window, simulate
+from modelgen import (
+    Case,
+    Driveline,
+    HarmonicTorque,
+    Inertia,
+    Shaft,
+    assemble,
+    load,
+    lower,
+    modal,
+    operating_point,
+    settled_window,
+    simulate,
+)
 from modelgen.analysis.angles import angle_channels, angles, referred_ratios, without_line
 from modelgen.analysis.window import Window
 from modelgen.errors import CaseError

@@ -23,7 +23,10 @@ def chain(rng, n):
 
 def by_dense_solution(mass, damping, stiffness, omega, force, hysteresis=0.0):
     return np.array(
-        [np.linalg.solve(stiffness + 1j * hysteresis + 1j * w * damping - w**2 * mass, f) for w, f in zip(omega, force.T, strict=True)]
+        [
+            np.linalg.solve(stiffness + 1j * hysteresis + 1j * w * damping - w**2 * mass, f)
+            for w, f in zip(omega, force.T, strict=True)
+        ]
     ).T
 
 
@@ -31,7 +34,9 @@ def by_dense_solution(mass, damping, stiffness, omega, force, hysteresis=0.0):
 def test_a_chain_against_dense_solutions(n: int) -> None:
     rng = np.random.default_rng(n)
     mass, damping, stiffness = chain(rng, n)
-    omega = np.concatenate([np.linspace(1, 3000, 60), np.sqrt(np.linalg.eigvals(stiffness / np.diag(mass)[:, None]).real[:1]) + 0.1])
+    omega = np.concatenate(
+        [np.linspace(1, 3000, 60), np.sqrt(np.linalg.eigvals(stiffness / np.diag(mass)[:, None]).real[:1]) + 0.1]
+    )
     force = rng.standard_normal((n, len(omega))) + 1j * rng.standard_normal((n, len(omega)))
     found = frequency_response(mass, damping, stiffness, omega, force, 0.02 * stiffness)
     expected = by_dense_solution(mass, damping, stiffness, omega, force, 0.02 * stiffness)

@@ -221,7 +221,7 @@ def test_parameters_by_name() -> None:
 
 @pytest.mark.parametrize("count", [0, -1, 2.0, True])
 def test_a_count_that_is_none_is_refused(count: object) -> None:
-    with pytest.raises(CaseError, match="modal, count: is .*; give a whole number from 1 up"):
+    with pytest.raises(CaseError, match=r"modal, count: is .*; give a whole number from 1 up"):
         modal(compiled(*chain([3.0, 1.0], [1e4])), count=count)
 
 

@@ -1,4 +1,4 @@
-"""Changing the operating speed or a tooth number in a model file moves all that depends on it, and the mean torques stay balanced."""
+"""A changed speed or tooth number in a model file moves all that depends on it, and the mean torques stay balanced."""
 
 from __future__ import annotations
 
@@ -51,5 +51,7 @@ def test_a_tooth_moves_what_turns_behind_it_and_the_balance_follows() -> None:
 
 def test_a_width_moves_the_mesh_stiffness_in_proportion() -> None:
     _, _, drift, at_rest = facts(load("fracturing-truck").change("transmission_mesh", face_width="121 mm"))
-    assert at_rest["transmission_mesh.mesh_stiffness"] == pytest.approx(1.1 * RATED[3]["transmission_mesh.mesh_stiffness"], rel=1e-9)
+    assert at_rest["transmission_mesh.mesh_stiffness"] == pytest.approx(
+        1.1 * RATED[3]["transmission_mesh.mesh_stiffness"], rel=1e-9
+    )
     assert abs(drift) < 1e-9

@@ -5,7 +5,20 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from modelgen import Case, Driveline, GearPair, GroundDamper, HarmonicTorque, Inertia, Shaft, assemble, load, lower, operating_point, simulate
+from modelgen import (
+    Case,
+    Driveline,
+    GearPair,
+    GroundDamper,
+    HarmonicTorque,
+    Inertia,
+    Shaft,
+    assemble,
+    load,
+    lower,
+    operating_point,
+    simulate,
+)
 from modelgen.errors import BalanceError
 from modelgen.solvers.scales import state_scales
 

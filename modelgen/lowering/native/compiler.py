@@ -2,7 +2,8 @@
 
 Part of the compiler. Taken is the first that exists of $CC, gcc, clang, and the ziglang package of this Python (the extra
 ``native``). Flags: fused multiply-add is allowed (sums of waves are made of it; results differ from the virtual machine's by
-rounding), but nothing that assumes away NaN, infinity or the order of a sum, so that a run that leaves the numbers is noticed.
+rounding), but nothing that assumes away NaN, infinity or the order of a sum: with -ffast-math a run that leaves the numbers ends
+in success (tests/solvers/test_native.py notices).
 """
 
 from __future__ import annotations
@@ -58,7 +59,6 @@ class Compiler:
     def build(self, source: Path, library: Path) -> None:
         """Compile one file to a shared library. Raises NoCompilerError with the compiler's first complaint."""
         order = [*self.command, *self.flags(), source.name, "-o", str(library), "-lm"]
-        # The folder of the build serves as home of whatever the compiler keeps (zig has a cache of its own).
         try:
             done = subprocess.run(
                 order,

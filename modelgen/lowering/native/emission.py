@@ -1,7 +1,7 @@
 """Stages printed as C: one function per stage, one line per value.
 
 Part of the compiler. A stage is printed for one double (prefix ``s_``) or for lanes (``v_``); the functions with these prefixes
-stand in ``prelude.h``. No name of the model reaches the text: only x[i], p[i] and numbers (architecture, decision 12).
+stand in ``scalar.h`` and ``lanes.h``. No name of the model reaches the text: only x[i], p[i] and numbers.
 """
 
 from __future__ import annotations
@@ -121,8 +121,8 @@ def literal(value: float) -> str:
 def stage_functions(stages: Stages, state_prefix: str) -> str:
     """The three stages as static C functions, and their sizes as macros.
 
-    ``parameter_stage(p, c)`` on doubles; ``time_stage(c, t, w)`` for the four new times of a step; ``state_stage(c, w, x, k)`` with
-    k = dx/dt. Where one trajectory runs (``state_prefix`` "s_"), the four times are the lanes of one V.
+    ``parameter_stage(p, c)`` on doubles; ``time_stage(c, t, w)`` for the four new times of a step; ``state_stage(c, w, x, k)``
+    with k = dx/dt. Where one trajectory runs (``state_prefix`` "s_"), the four times are the lanes of one V.
     """
     lanes = state_prefix == "v_"
     kind, t = ("V", "const V *t") if lanes else ("double", "V t")

@@ -22,7 +22,17 @@ from modelgen.lowering.native.emission import stage_functions
 from modelgen.lowering.native.stages import Stages
 
 _HERE = Path(__file__).parent
-_GENERATOR = ("operations.py", "graph.py", "collection.py", "stages.py", "emission.py", "library.py", "prelude.h", "solver.h")
+_GENERATOR = (
+    "operations.py",
+    "graph.py",
+    "collection.py",
+    "stages.py",
+    "emission.py",
+    "library.py",
+    "scalar.h",
+    "lanes.h",
+    "solver.h",
+)
 _ALIGNMENT = 64
 _DOUBLES = ctypes.POINTER(ctypes.c_double)
 _COUNTS = ctypes.POINTER(ctypes.c_int64)
@@ -103,10 +113,13 @@ class NativeSolver:
 def source(function: ca.Function, lanes: bool) -> str:
     """The whole C text of a native solver: for one trajectory, or for lanes. Raises LoweringError for an operation without C."""
     stages = Stages.of(function)
-    frame = (_HERE / "solver.h").read_text(encoding="utf-8")
     printed = stage_functions(stages, "v_" if lanes else "s_")
     head = "" if lanes else "#define SINGLE\n"
-    return head + (_HERE / "prelude.h").read_text(encoding="utf-8") + frame.replace('#include "stages.h"\n', printed)
+    return head + _text("scalar.h") + _text("lanes.h") + _text("solver.h").replace('#include "stages.h"\n', printed)
+
+
+def _text(name: str) -> str:
+    return (_HERE / name).read_text(encoding="utf-8")
 
 
 @functools.lru_cache(maxsize=32)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import importlib.metadata
 import os
 import stat
@@ -61,3 +62,11 @@ def test_a_build_is_known_by_version_and_options(tmp_path: Path) -> None:
     program.write_text(program.read_text().replace("version 1", "version 2, newer"))
     assert find_compiler({"PATH": str(tmp_path)}).identity() != first
     assert Compiler(("cc", "-m32"), "1").identity() != Compiler(("cc",), "1").identity()
+
+
+def test_ziglang_builds_where_there_is_nothing_else(tmp_path: Path) -> None:
+    pytest.importorskip("ziglang", reason="the extra modelgen[native] is not installed")
+    compiler = find_compiler({"PATH": str(tmp_path)})
+    (tmp_path / "one.c").write_text("int one(void) { return 1; }\n")
+    compiler.build(tmp_path / "one.c", tmp_path / "one.so")
+    assert ctypes.CDLL(str(tmp_path / "one.so")).one() == 1

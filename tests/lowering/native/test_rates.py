@@ -12,12 +12,12 @@ from modelgen.lowering.native import native_solver
 pytestmark = pytest.mark.usefixtures("compiled_here")
 
 
+@pytest.mark.parametrize("name", catalogue())
 @pytest.mark.parametrize("lanes", [False, True])
-def test_a_truck_at_random_places(lanes: bool) -> None:
-    model = lower(assemble(load("fracturing-truck")))
+def test_catalogued_drivelines_at_random_places(name: str, lanes: bool) -> None:
+    model = lower(assemble(load(name)))
     solver, rng = native_solver(model.rhs_function, lanes), np.random.default_rng(1)
-    p, n = model.parameters.vector({"zeta": 0.03} if "zeta" in model.parameters.names else None), len(model.states) // 2
-    assert "fracturing-truck" in catalogue()
+    p, n = model.parameters.vector(), len(model.states) // 2
     for _ in range(200):
         # Within the first periods: later, the virtual machine's own phases are worse than this bound.
         x, t = 1e-2 * rng.standard_normal(len(model.states)), rng.uniform(0, 0.02)

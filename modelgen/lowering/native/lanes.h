@@ -1,10 +1,9 @@
-/* Values of the generated code: one double (s_...), or WIDTH doubles side by side (v_...), with masks that select without a branch.
+/* Values of the generated code as lanes: WIDTH doubles side by side (v_...), with masks that select without a branch.
  *
  * WIDTH is 4 where one trajectory runs (its times are computed side by side), else what the processor holds in one register.
  * Every function works on each lane by itself: what a lane gives does not depend on its neighbors. Sine and cosine: reduction by
  * pi/2 in two parts with fused multiply-add (Cody and Waite), kernels of FDLIBM (Sun Microsystems, k_sin.c and k_cos.c), below
  * 2 ulp; beyond 2^28, and for all other functions, the C library's, lane by lane. */
-#include <math.h>
 #include <stdint.h>
 #include <string.h>
 
@@ -23,23 +22,6 @@
 
 typedef double V __attribute__((vector_size(8 * WIDTH)));
 typedef int64_t v_mask __attribute__((vector_size(8 * WIDTH)));
-typedef int s_mask;
-#define INLINE static inline __attribute__((unused, always_inline))
-
-/* -- one double -- */
-INLINE double s_all(double a) { return a; }
-INLINE double s_number(s_mask m) { return m ? 1.0 : 0.0; }
-INLINE double s_where(s_mask m, double a) { return m ? a : 0.0; }
-INLINE double s_select(s_mask m, double a, double b) { return m ? a : b; }
-INLINE s_mask s_not(s_mask m) { return !m; }
-INLINE s_mask s_and(s_mask a, s_mask b) { return a && b; }
-INLINE s_mask s_or(s_mask a, s_mask b) { return a || b; }
-INLINE double s_sign(double a) { return a < 0 ? -1.0 : a > 0 ? 1.0 : a; }
-INLINE double s_fmin(double a, double b) { return a < b || b != b ? a : b; }
-INLINE double s_fmax(double a, double b) { return a > b || b != b ? a : b; }
-#define S_ONE(name) INLINE double s_##name(double a) { return name(a); }
-#define S_TWO(name) INLINE double s_##name(double a, double b) { return name(a, b); }
-
 /* -- lanes -- */
 INLINE V v_all(double a) { return a - (V){0}; } /* keeps the sign of zero */
 INLINE V v_where(v_mask m, V a) { return (V)(m & (v_mask)a); }
@@ -71,11 +53,9 @@ INLINE V v_fma(V a, V b, V c) { V r; for (int i = 0; i < WIDTH; ++i) r[i] = fma(
 V_ONE(sqrt) V_ONE(floor) V_ONE(ceil)
 #endif
 
-#define ONE(name) S_ONE(name) V_ONE(name)
-#define TWO(name) S_TWO(name) V_TWO(name)
-S_ONE(sqrt) S_ONE(floor) S_ONE(ceil) S_ONE(fabs) S_ONE(sin) S_ONE(cos)
-ONE(exp) ONE(log) ONE(tan) ONE(asin) ONE(acos) ONE(atan) ONE(sinh) ONE(cosh) ONE(tanh) ONE(asinh) ONE(acosh) ONE(atanh)
-ONE(erf) ONE(log1p) ONE(expm1) TWO(pow) TWO(atan2) TWO(fmod) TWO(copysign) TWO(hypot) TWO(remainder)
+V_ONE(exp) V_ONE(log) V_ONE(tan) V_ONE(asin) V_ONE(acos) V_ONE(atan) V_ONE(sinh) V_ONE(cosh) V_ONE(tanh)
+V_ONE(asinh) V_ONE(acosh) V_ONE(atanh) V_ONE(erf) V_ONE(log1p) V_ONE(expm1)
+V_TWO(pow) V_TWO(atan2) V_TWO(fmod) V_TWO(copysign) V_TWO(hypot) V_TWO(remainder)
 
 /* Sine and cosine of angle + rest, where |rest| is of the order of the rounding of the angle. */
 static __attribute__((unused)) void v_sine_cosine(V angle, V rest, V *sine, V *cosine) {
@@ -118,8 +98,4 @@ INLINE V v_cos(V a) { V s, c; v_sine_cosine(a, v_all(0.0), &s, &c); return c; }
 INLINE void v_clock(V frequency, V t, V *sine, V *cosine) {
   V angle = frequency * t;
   v_sine_cosine(angle, v_fma(frequency, t, -angle), sine, cosine);
-}
-INLINE void s_clock(double frequency, double t, double *sine, double *cosine) {
-  double angle = frequency * t, rest = fma(frequency, t, -angle), s = sin(angle), c = cos(angle);
-  *sine = s + rest * c, *cosine = c - rest * s;
 }

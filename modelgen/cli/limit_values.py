@@ -1,0 +1,100 @@
+"""The values that limits judge, by name and with units: angles, torques, stresses, distances from what excites.
+
+Part of ``cli``, below the command ``limits``. Angles and torques come from the settled response (``response``) or from the linear
+forced one at the operating speed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from modelgen.analysis import forced, modal
+from modelgen.analysis.campbell import order_lines
+from modelgen.analysis.limits import angle_values
+from modelgen.analysis.separation import critical_speed_ratios, separation_margins
+from modelgen.analysis.shear_stress import Diameter, shear_stress_factor
+from modelgen.cli.progress import Progress
+from modelgen.cli.response import Request, respond
+from modelgen.errors import CaseError
+from modelgen.lowering import Compiled
+from modelgen.model import Driveline
+
+Values = dict[str, Any]
+SWINGING = {".angle_deviation": "vibration_angle", ".elastic_angle": "elastic_angle", ".twist": "twist"}
+FORCED = "values are those of the linear forced response at the operating speed: no gaps, no start-up"
+UNSETTLED = "the window is not settled: start-up vibration is still in these values"
+
+
+def settled_values(line: Driveline, diameters: Mapping[str, Diameter], progress: Progress) -> tuple[Values, tuple[str, ...]]:
+    """Values of a run over its settled window, and what is to be said of them. Raises what a run raises."""
+    response = respond(line, Request(), progress)
+    values: Values = dict(angle_values(response.angles))
+    for name, torque in response.solution.channels.items():
+        if name.endswith(".torque"):
+            low, high = float(torque.min()), float(torque.max())
+            values |= _loads(name.removesuffix(".torque"), (high - low) / 2, max(abs(low), abs(high)), diameters)
+    return values, () if response.window.settled else (UNSETTLED,)
+
+
+def forced_values(model: Compiled, diameters: Mapping[str, Diameter]) -> tuple[Values, tuple[str, ...]]:
+    """Values of the linear response over the cycle at the operating speed, and what is to be said of them."""
+    result = forced(model)
+    values: Values = {}
+    remarks = [FORCED]
+    exact = True
+    for channel in result.channels:
+        element, _, kind = channel.rpartition(".")
+        swing = result.swing(channel)
+        exact = exact and swing.exact
+        low, high, half_pp = float(swing.least[0]), float(swing.largest[0]), float(swing.half_pp[0])
+        if f".{kind}" in SWINGING:
+            name = f"{element}.{SWINGING[f'.{kind}']}"
+            # A twist has a mean that counts, the others are deviations.
+            peak = max(abs(low), abs(high)) if kind == "twist" else float(swing.peak[0])
+            values |= {name: (peak, "rad"), f"{name}_half_pp": (half_pp, "rad")}
+        elif kind == "torque":
+            values |= _loads(element, half_pp, max(abs(low), abs(high)), diameters)
+        elif kind == "force":
+            values[f"{element}.mesh_force"] = (max(abs(low), abs(high)), "N")
+    if not exact:
+        remarks.append("the orders repeat only after very long: sums over the cycle are upper bounds")
+    return values, tuple(remarks)
+
+
+def _loads(element: str, half_pp: float, largest: float, diameters: Mapping[str, Diameter]) -> Values:
+    """Torques of an element, and its stress where its diameter is known."""
+    values: Values = {f"{element}.vibratory_torque": (half_pp, "N*m"), f"{element}.largest_torque": (largest, "N*m")}
+    if element in diameters:
+        factor = shear_stress_factor(diameters[element], f"shaft {element!r}, diameter")
+        values[f"{element}.vibratory_stress"] = (half_pp * factor, "Pa")
+    return values
+
+
+def separation_values(model: Compiled, operating: tuple[float, float] | None, share: float) -> Values:
+    """For every mode its distance from the nearest order over the operating speeds; every critical speed per highest speed.
+
+    Orders with less than ``share`` of the largest harmonic torque are left out. Nothing for a driveline without a speed.
+    """
+    if model.equations.speed is None:
+        return {}
+    own = model.parameters.value(model.parameters.vector(), "speed")
+    low, high = operating or (own, own)
+    lines = order_lines(model, (low + high) / 2, None)
+    largest = max((line.torque for line in lines), default=0.0)
+    kept = {line.label: float(line.order) for line in lines if line.torque > 0 and line.torque >= share * largest}
+    if not kept:
+        return {}
+    try:
+        modes = modal(model)
+    except CaseError:  # a driveline without inertias
+        return {}
+    turns = 1 / (2 * math.pi)
+    margins = separation_margins(modes, {name: (order * low * turns, order * high * turns) for name, order in kept.items()})
+    nearest: dict[str, str] = {}
+    for name, margin in margins.items():
+        mode = name.partition(" / ")[0]
+        if mode not in nearest or margin < margins[nearest[mode]]:
+            nearest[mode] = name
+    return {name: margins[name] for name in nearest.values()} | critical_speed_ratios(modes, kept, high)

@@ -1,0 +1,126 @@
+"""Forces: every law evaluated at a motion, summed over nodes, then over groups to M angle'' = torque.
+
+Part of ``lower``, on ``fixed`` and ``motion``. Each instance calls the block of its template once. A node's torque acts on its
+group multiplied by the node's ratio, its mass terms by both ratios (virtual work). Modal damping, if asked for, is one more
+torque on the groups: its matrix arrives in the parameter vector, because modes are numeric.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from modelgen.equations.records import Instance
+from modelgen.lowering.fixed import Fixed
+from modelgen.lowering.motion import Motion
+from modelgen.lowering.parameters import MODAL
+
+Terms = dict[tuple[int, int], ca.SX]
+"""Entries of a sparse matrix by row and column."""
+
+
+@dataclass(frozen=True, eq=False)
+class Forces:
+    """What the laws give at one motion.
+
+    ``torque`` on each node [N*m], ``mass`` terms between nodes [kg*m^2], ``rates`` of the elements' own states, ``values`` of
+    every named quantity, ``powers`` with the stored energies [J] and powers [W]; ``by_flange`` and ``by_mass_term`` hold the
+    torques and mass terms of each instance, unsummed.
+    """
+
+    torque: list[ca.SX]
+    mass: Terms
+    rates: list[ca.SX]
+    values: dict[str, ca.SX]
+    powers: dict[str, ca.SX]
+    by_flange: list[ca.SX]
+    by_mass_term: list[ca.SX]
+
+
+@dataclass(frozen=True, eq=False)
+class Balance:
+    """M angle'' = torque over the groups: torque [N*m], terms of M [kg*m^2], and angle'' [rad/s^2]."""
+
+    torque: ca.SX
+    mass: Terms
+    acceleration: ca.SX
+
+
+def forces_at(fixed: Fixed, motion: Motion, clocks: list[ca.SX], timed: list[ca.SX]) -> Forces:
+    """All laws at a motion; ``clocks`` and ``timed`` have one column per instance, as in ``Clocks``."""
+    eq = fixed.equations
+    forces = Forces([ca.SX(0)] * len(eq.nodes), {}, [ca.SX(0)] * fixed.own_count, {}, {}, [], [])
+    for instance, given, clock_values, timed_values in zip(eq.instances, fixed.given, clocks, timed, strict=True):
+        block, template = fixed.block(instance), eq.templates[instance.template]
+        named, torque, rates, powers, mass = block.state(*given, clock_values, timed_values, _seen(fixed, instance, motion))
+        for flange, each in zip(template.flanges, ca.vertsplit(torque) if template.flanges else [], strict=True):
+            forces.torque[instance.nodes[flange]] += each
+        for state, (_, symbol, *_) in zip(instance.states, template.states, strict=True):
+            forces.rates[state - 2 * fixed.order] = rates[list(template.rates).index(symbol)]
+        for (f, g), each in zip(template.mass, ca.vertsplit(mass) if template.mass else [], strict=True):
+            _add(forces.mass, (instance.nodes[f], instance.nodes[g]), each)
+        forces.by_flange.append(torque)
+        forces.by_mass_term.append(mass)
+        prefix = f"{instance.name}." if instance.name else ""
+        stages = ((block.fixed_names, given[2]), (block.timed_names, timed_values), (block.state_names, named))
+        for names, column in stages:
+            forces.values.update({f"{prefix}{name}": column[row] for row, name in enumerate(names)})
+        for row, name in enumerate(("stored_energy", "dissipated_power", "supplied_power")):
+            forces.powers[f"{instance.name}.{name}"] = powers[row]
+    if eq.modal_ratio is not None:
+        _add_modal_damping(fixed, motion, forces)
+    return forces
+
+
+def _seen(fixed: Fixed, instance: Instance, motion: Motion) -> ca.SX:
+    """What an instance sees of a motion: its forms and rates, the angles and speeds of its flanges, its own states."""
+    values = [value for form in instance.forms for value in (motion.forms[form], motion.form_rates[form])]
+    for flange in fixed.equations.templates[instance.template].flanges:
+        node = instance.nodes[flange]
+        group, ratio = fixed.equations.nodes[node].group, fixed.node_ratios[node]
+        values += [ratio * motion.angles[group], ratio * motion.speeds[group]]
+    values += [motion.own[state - 2 * fixed.order] for state in instance.states]
+    return ca.vertcat(*values)
+
+
+def _add_modal_damping(fixed: Fixed, motion: Motion, forces: Forces) -> None:
+    """Torques -C (speed less uniform rotation); C acts on groups and is zero for the rigid rotation."""
+    eq, n = fixed.equations, len(fixed.equations.groups)
+    matrix = ca.reshape(fixed.parameters.vector_symbol[fixed.parameters.slices[MODAL]], n, n)
+    rates = ca.vertcat(*(speed - mean for speed, mean in zip(motion.speeds, fixed.mean_speeds, strict=True)))
+    torque = -ca.mtimes(matrix, rates)
+    first: dict[int, int] = {}
+    for index, node in enumerate(eq.nodes):
+        if node.group not in first and node.ratio == 1:
+            first[node.group] = index
+    for group, index in first.items():
+        forces.torque[index] += torque[group]
+    forces.powers["modal_damping.dissipated_power"] = -ca.dot(torque, rates)
+
+
+def balance_of(fixed: Fixed, forces: Forces) -> Balance:
+    """The forces summed over the nodes of each group, and the accelerations that follow."""
+    nodes, ratios, n = fixed.equations.nodes, fixed.node_ratios, len(fixed.equations.groups)
+    sums = [ca.SX(0)] * n
+    for node, ratio, each in zip(nodes, ratios, forces.torque, strict=True):
+        sums[node.group] += ratio * each
+    mass: Terms = {}
+    for (a, b), value in forces.mass.items():
+        _add(mass, (nodes[a].group, nodes[b].group), ratios[a] * ratios[b] * value)
+    torque = ca.vertcat(*sums)
+    if all(a == b for a, b in mass):
+        return Balance(torque, mass, ca.vertcat(*(torque[g] / mass[g, g] for g in range(n))))
+    return Balance(torque, mass, ca.solve(matrix_of(mass, n), torque))
+
+
+def matrix_of(terms: Terms, size: int) -> ca.SX:
+    """The square matrix of the terms."""
+    matrix = ca.SX(size, size)
+    for (row, column), value in terms.items():
+        matrix[row, column] += value
+    return matrix
+
+
+def _add(terms: Terms, key: tuple[int, int], value: ca.SX) -> None:
+    terms[key] = terms.get(key, ca.SX(0)) + value

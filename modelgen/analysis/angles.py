@@ -65,14 +65,17 @@ class AnglesResult:
 
 def angle_channels(names: tuple[str, ...]) -> tuple[str, ...]:
     """The output channels that ``angles`` needs."""
-    return tuple(name for name in names if name.endswith((".angle_deviation", ".elastic_angle", ".twist", ".force", ".penetration")))
+    return tuple(
+        name for name in names if name.endswith((".angle_deviation", ".elastic_angle", ".twist", ".force", ".penetration"))
+    )
 
 
 def angles(solution: Solution, window: Window, point: OperatingPoint) -> AnglesResult:
     """Angles and mesh forces of a solution over a window. Raises CaseError where the solution does not cover it."""
     slack = 1e-9 * max(1.0, abs(window.last))
     part = solution.between(window.first - slack, window.last + slack)
-    if len(part.times) < 3 or part.times[0] > window.first + window.period / 10 or part.times[-1] < window.last - window.period / 10:
+    gap = window.period / 10
+    if len(part.times) < 3 or part.times[0] > window.first + gap or part.times[-1] < window.last - gap:
         covered = f"{solution.times[0]:.6g} to {solution.times[-1]:.6g} s" if len(solution.times) else "nothing"
         wanted = f"{window.first:.6g} to {window.last:.6g} s"
         raise CaseError("angles", f"the solution covers {covered}, the window is {wanted}", "simulate to the end of the window")

@@ -122,7 +122,7 @@ def campbell(
     critical = []
     for line in lines:
         for mode in range(rigid, frequencies.shape[1]):
-            for speed in _crossings(listed, frequencies[:, mode], float(line.order), lambda s, mode=mode: float(at(s)[1][mode])):
+            for speed in _crossings(listed, frequencies[:, mode], float(line.order), at, mode):
                 critical.append(CriticalSpeed(line, mode, speed, float(line.order) * speed / (2 * np.pi), _margin(speed, target)))
     critical.sort(key=lambda each: (abs(each.margin), each.line.order))
     return CampbellResult(model.name, listed, frequencies, rigid, lines, tuple(critical), target)
@@ -167,7 +167,9 @@ def _frequencies_at(model: Compiled, parameters: Parameters) -> Callable[[float]
     return at
 
 
-def _crossings(speeds: Array, frequencies: Array, order: float, exact: Callable[[float], float]) -> list[float]:
+def _crossings(
+    speeds: Array, frequencies: Array, order: float, at: Callable[[float], tuple[int, Array]], mode: int
+) -> list[float]:
     """Speeds at which order * speed equals a natural frequency, one for each change of sign between neighboring speeds."""
     distance = frequencies * 2 * np.pi - order * speeds
     found = [float(speeds[k]) for k in np.flatnonzero((distance == 0) & (frequencies > 0))]
@@ -175,7 +177,7 @@ def _crossings(speeds: Array, frequencies: Array, order: float, exact: Callable[
         if frequencies[k] == frequencies[k + 1]:
             found.append(float(frequencies[k]) * 2 * np.pi / order)
         else:
-            found.append(_root(float(speeds[k]), float(speeds[k + 1]), lambda s: exact(s) * 2 * np.pi - order * s))
+            found.append(_root(float(speeds[k]), float(speeds[k + 1]), lambda s: float(at(s)[1][mode]) * 2 * np.pi - order * s))
     return found
 
 

@@ -3,8 +3,9 @@
 The linear model about the operating point (``linear_model``) under everything that varies with time (``excitation``), order by
 order in complex amplitudes, so phases of sources (firing order, misfire, mesh phases) count. Loss factors are complex
 stiffness. A mesh stiffness that varies with time counts only by the force that it changes at rest; ``parametric`` says by how
-much it varies. Sources: W. Ker Wilson, Practical Solution of Torsional Vibration Problems, vol. 2 (1963); M. I. Friswell et
-al., Dynamics of Rotating Machines (2010), ch. 9.
+much it varies.
+Sources: W. Ker Wilson, Practical Solution of Torsional Vibration Problems, vol. 2 (1963); M. I. Friswell et al., Dynamics of
+Rotating Machines (2010), ch. 9.
 """
 
 from __future__ import annotations
@@ -110,7 +111,7 @@ class ForcedResult:
 
 @dataclass(frozen=True, eq=False)
 class Swings:
-    """Mean, least and largest value (speeds,) of a channel over the cycle; ``exact``, or bounds for a cycle too long to sample."""
+    """Mean, least and largest value (speeds,) of a channel over the cycle; ``exact``, or bounds where it is too long."""
 
     mean: Array
     least: Array

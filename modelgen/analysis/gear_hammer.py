@@ -1,9 +1,9 @@
 """Question: do the gears hammer, that is, does the vibratory torque exceed the mean torque that keeps the flanks together?
 
 Read from a forced response: mean + vibration over the cycle, with phases. Where the sum changes its sign, flanks part and
-strike; a linear answer says that they do, not what follows (that takes time integration with the backlash). Source: W. Ker
-Wilson, Practical Solution of Torsional Vibration Problems, vol. 2 (1963) (gear hammer); classification societies ask the same
-of marine gears.
+strike; a linear answer says that they do, not what follows (that takes time integration with the backlash).
+Source: W. Ker Wilson, Practical Solution of Torsional Vibration Problems, vol. 2 (1963) (gear hammer); classification societies
+ask the same of marine gears.
 """
 
 from __future__ import annotations

@@ -31,7 +31,8 @@ def lowest_modes(mass: ca.DM, stiffness: ca.DM, rigid: Array, count: int) -> Mod
     """
     n, free = rigid.shape
     factor_at = _factorization(mass, stiffness)
-    rigid = np.linalg.solve(np.linalg.cholesky(rigid.T @ (mass @ rigid).full()), rigid.T).T if free else rigid
+    if free:
+        rigid = np.asarray(np.linalg.solve(np.linalg.cholesky(rigid.T @ (mass @ rigid).full()), rigid.T).T)
     wanted = max(0, min(count, n) - free)
     squares, shapes = np.zeros(0), np.zeros((n, 0))
     width = min(n - free, max(2 * wanted, wanted + 8))

@@ -2,8 +2,9 @@
 
 Below ``modal``. What turns or moves without any stiffness is split off first, in the chosen coordinates, so a rigid mode is
 exactly zero and takes no accuracy from the others; each frequency is then improved by its Rayleigh quotient in relative angles,
-where a tree of shafts has a diagonal stiffness and nothing cancels. Sources: F. Tisseur, K. Meerbergen, SIAM Rev. 43 (2001) 235
-(state-space form); B. N. Parlett, The Symmetric Eigenvalue Problem (1998), ch. 1 (Rayleigh quotient).
+where a tree of shafts has a diagonal stiffness and nothing cancels.
+Sources: F. Tisseur, K. Meerbergen, SIAM Rev. 43 (2001) 235 (state-space form); B. N. Parlett, The Symmetric Eigenvalue Problem
+(1998), ch. 1 (Rayleigh quotient).
 """
 
 from __future__ import annotations

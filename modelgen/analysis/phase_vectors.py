@@ -2,8 +2,9 @@
 
 A source that puts the torque T e^(i order phi) on a node works on a mode in proportion to T times the shape there. The vectors
 of all sources, turned by their phases (firing order), add up to the phase-vector sum: large for the major orders, nearly zero
-where the firings cancel. A misfire is one vector short. Sources: J. P. Den Hartog, Mechanical Vibrations (1956), sec. 5.4; W.
-Ker Wilson, Practical Solution of Torsional Vibration Problems, vol. 1 (1956), ch. 7.
+where the firings cancel. A misfire is one vector short.
+Sources: J. P. Den Hartog, Mechanical Vibrations (1956), sec. 5.4; W. Ker Wilson, Practical Solution of Torsional Vibration
+Problems, vol. 1 (1956), ch. 7.
 """
 
 from __future__ import annotations

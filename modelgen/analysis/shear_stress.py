@@ -1,7 +1,7 @@
 """Shear stress at the surface of a round shaft under torsion, by its nominal section.
 
-Below ``forced``. tau = 16 T d_o / (pi (d_o^4 - d_i^4)); no stress concentration. Source: Young, Budynas, Roark's Formulas for
-Stress and Strain (2002), ch. 10.
+Below ``forced``. tau = 16 T d_o / (pi (d_o^4 - d_i^4)); no stress concentration.
+Source: Young, Budynas, Roark's Formulas for Stress and Strain (2002), ch. 10.
 """
 
 from __future__ import annotations

@@ -61,7 +61,7 @@ def campbell(
         from modelgen.analysis import campbell as diagram_of
         from modelgen.cli.question import opened
 
-        _, compiled = opened(model, assignments, speed)
+        _, compiled = opened(model, assignments, speed, turning=True)
         progress.stage("find natural frequencies and crossings")
         result = diagram_of(compiled, wanted, operating=target, highest_order=highest_order)
         progress.stage("write tables and figure")

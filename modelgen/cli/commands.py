@@ -12,6 +12,7 @@ import click
 from modelgen import __version__
 from modelgen.cli.campbell import campbell
 from modelgen.cli.check import check
+from modelgen.cli.compare import compare
 from modelgen.cli.crosscheck import crosscheck
 from modelgen.cli.elements import elements
 from modelgen.cli.ending import INTERRUPTED, REFUSED, Ending
@@ -56,5 +57,5 @@ def commands() -> None:
     """
 
 
-for command in (run, modal, campbell, forced, limits, crosscheck, new, equivalent, check, listing, show, elements):
+for command in (run, modal, campbell, forced, limits, compare, crosscheck, new, equivalent, check, listing, show, elements):
     commands.add_command(command)

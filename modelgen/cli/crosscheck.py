@@ -34,7 +34,7 @@ SAMPLES = 20_001
 @click.option("--solvers", default="rk4,cvodes,idas,erk,rosenbrock", show_default=True, help="Which, the reference's first.")
 @click.option("--tolerances", help="Of every solver, such as 1e-6,1e-8.  [default: two for each, fit for comparing at 1e-6]")
 @click.option("--end", default="1 s", show_default=True, help="Length of the comparison.")
-@click.option("--start", type=click.Choice(["static", "zero"]), default="static", show_default=True, help="At rest, or untwisted.")
+@click.option("--start", type=click.Choice(["static", "zero"]), default="static", show_default=True, help="Rest, or untwisted.")
 @click.option("--max-seconds", type=float, default=600.0, show_default=True, help="Most computing time of one run.")
 def crosscheck(
     model: str, out: Path, replace: bool, solvers: str, tolerances: str | None, end: str, start: str, max_seconds: float
@@ -92,7 +92,8 @@ def _write(result: CrosscheckResult, folder: Path) -> None:
         writer.writerow(["solver", "tolerance", "channel", "relative difference"])
         for run in result.runs:
             writer.writerows([run.solver, run.tolerance, name, value] for name, value in run.differences.items())
-    (folder / "crosscheck.json").write_text(json.dumps(crosscheck_data(result), indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    text = json.dumps(crosscheck_data(result), indent=2, allow_nan=False) + "\n"
+    (folder / "crosscheck.json").write_text(text, encoding="utf-8")
     save(plot(result), folder / "crosscheck.png")
 
 

@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from modelgen.cli.question import pair
+
 if TYPE_CHECKING:
     from modelgen.analysis.shear_stress import Diameter
     from modelgen.lowering import Compiled
@@ -22,7 +24,7 @@ def diameters(line: Driveline, model: Compiled, given: Iterable[str] = ()) -> di
 
     Raises CaseError for what is no assignment, NamingError for a shaft that is not there.
     """
-    from modelgen.errors import CaseError, NamingError, nearest
+    from modelgen.errors import NamingError, nearest
 
     twisted = [name.removesuffix(".torque") for name in model.outputs if name.endswith(".torque")]
     found: dict[str, Diameter] = {}
@@ -31,9 +33,7 @@ def diameters(line: Driveline, model: Compiled, given: Iterable[str] = ()) -> di
         if shaft != name and shaft in twisted and isinstance(named.value, float):
             found[shaft] = f"{named.value!r} {named.unit}"
     for text in given:
-        shaft, equals, size = (part.strip() for part in text.partition("="))
-        if not (shaft and equals and size):
-            raise CaseError(f"--diameter {text!r}", "is no assignment", 'write SHAFT=DIAMETER, such as coupling="80 mm"')
+        shaft, size = pair(text, "--diameter", 'SHAFT=DIAMETER, such as coupling="80 mm"')
         if shaft not in twisted:
             raise NamingError(f"--diameter {shaft}", f"driveline {line.name!r} has no such shaft", nearest(shaft, twisted))
         outer, bored, inner = (part.strip() for part in size.partition("/"))

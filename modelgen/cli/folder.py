@@ -18,9 +18,9 @@ from modelgen.errors import CaseError
 WRITTEN = (
     *("report.md", "equations.md", "equations.tex", "model.toml", "responses.csv", "summary.json", "paper.md", "figures"),
     *("crosscheck.csv", "crosscheck.json", "crosscheck.png"),
-    *("modal.csv", "energy.csv", "sensitivities.csv", "modal.json", "modes.png", "sensitivities.png"),
+    *("modal.csv", "energy.csv", "sensitivities.csv", "modal.json", "modes.png", "energy.png", "sensitivities.png"),
     *("campbell.csv", "critical_speeds.csv", "campbell.json", "campbell.png"),
-    *("forced.csv", "orders.csv", "power.csv", "gears.csv", "forced.json", "forced.png"),
+    *("forced.csv", "orders.csv", "power.csv", "gears.csv", "forced.json", "forced.png", "power.png", "gears.png"),
     *("limits.csv", "limits.json", "limits.png", "comparison.csv", "comparison.json", "comparison.png"),
 )
 """What modelgen writes; a folder that holds anything else is nobody's to replace."""

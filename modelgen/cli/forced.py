@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import click
 
 from modelgen.cli.diameters import DIAMETER
-from modelgen.cli.question import asks_a_model, fills_a_folder, speed_steps
+from modelgen.cli.question import asks_a_model, fills_a_folder, pair, speed_steps
 
 if TYPE_CHECKING:
     from modelgen.lowering import Compiled
@@ -25,11 +25,14 @@ Examples:
   modelgen forced fracturing-truck --out out/forced
   modelgen forced fracturing-truck --out out/range --speeds "1200 rpm" "2000 rpm" --count 81 --highest-order 12
   modelgen forced fracturing-truck --out out/misfire --misfire firing_3=0
-  modelgen forced my_driveline.toml --out out/stress --diameter coupling="80 mm"
+  modelgen forced my_driveline.toml --out out/stress --diameter coupling="80 mm" --limit coupling.shear_stress="40 MPa"
 
 \b
 Ends with 0 when done, 2 if it was refused, 130 after Ctrl-C. Only what is done leaves a folder.
 """
+LIMITED = 'CHANNEL=VALUE, such as coupling.torque="12 kN*m"'
+SHOW = "A channel that the figure shows, such as coupling.torque. Repeatable.  [default: those that swing most]"
+LIMIT = 'A limit to draw, such as flywheel.angle_deviation="0.5 deg". Repeatable.'
 MISFIRE = "A source and the factor on its torque: firing_3=0 fires not at all, firing_3=0.5 half. Repeatable."
 
 
@@ -40,6 +43,8 @@ MISFIRE = "A source and the factor on its torque: firing_3=0 fires not at all, f
 @click.option("--count", type=click.IntRange(min=2), default=41, show_default=True, help="How many speeds, with --speeds.")
 @click.option("--misfire", multiple=True, metavar="ELEMENT=FACTOR", help=MISFIRE)
 @click.option("--diameter", multiple=True, metavar="SHAFT=DIAMETER", help=DIAMETER)
+@click.option("--show", multiple=True, metavar="CHANNEL", help=SHOW)
+@click.option("--limit", multiple=True, metavar="CHANNEL=VALUE", help=LIMIT)
 @click.option("--highest-order", type=click.FloatRange(min=0, min_open=True), help="Leave out orders above, per reference turn.")
 def forced(
     model: str,
@@ -51,35 +56,37 @@ def forced(
     count: int,
     misfire: tuple[str, ...],
     diameter: tuple[str, ...],
+    show: tuple[str, ...],
+    limit: tuple[str, ...],
     highest_order: float | None,
 ) -> None:
     """Forced response of MODEL, linear about its operating point: every order with its phase, and their sum over the cycle.
 
     The folder gets forced.csv (mean, 0-peak and half peak to peak of every channel by speed), orders.csv (amplitude and phase by
     order; below 1e-4 of a channel's largest left out), power.csv (power lost in each damper), gears.csv (gear load and hammer),
-    forced.json and a figure.
+    forced.json and figures.
     """
     from modelgen.cli.folder import output_folder
     from modelgen.cli.progress import Progress
 
     with output_folder(out, replace) as folder, Progress() as progress:
-        wanted = speed_steps(speeds, count)
+        wanted, bounds = speed_steps(speeds, count), dict(pair(text, "--limit", LIMITED) for text in limit)
         progress.stage(f"read {model}")
         from modelgen.analysis import forced as response_of
         from modelgen.cli.diameters import diameters
         from modelgen.cli.forced_tables import forced_text, write_forced
         from modelgen.cli.question import opened
 
-        line, compiled = opened(model, assignments, speed)
+        line, compiled = opened(model, assignments, speed, turning=True)
         factors = misfires(line, compiled, misfire)
         progress.stage("find the response of every order")
         result = response_of(
             compiled, wanted, factors, diameters=diameters(line, compiled, diameter), highest_order=highest_order
         )
         progress.stage("write tables and figure")
-        write_forced(result, factors, folder)
+        write_forced(result, factors, folder, show, bounds)
     click.echo(forced_text(result))
-    click.echo(f"tables, figure and forced.json: {out}")
+    click.echo(f"tables, figures and forced.json: {out}")
 
 
 def misfires(line: Driveline, model: Compiled, given: Iterable[str]) -> dict[str, float]:
@@ -89,9 +96,7 @@ def misfires(line: Driveline, model: Compiled, given: Iterable[str]) -> dict[str
     sources = [name.removesuffix(".scale") for name in model.parameters.parameters if name.endswith(".scale")]
     found = {}
     for text in given:
-        name, equals, factor = (part.strip() for part in text.partition("="))
-        if not (name and equals and factor):
-            raise CaseError(f"--misfire {text!r}", "is no assignment", "write ELEMENT=FACTOR, such as firing_3=0")
+        name, factor = pair(text, "--misfire", "ELEMENT=FACTOR, such as firing_3=0")
         if name not in sources:
             problem = f"driveline {line.name!r} has no source {name!r} with a factor of its own"
             raise NamingError(f"--misfire {name}", problem, nearest(name, sources))

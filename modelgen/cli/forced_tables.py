@@ -6,7 +6,7 @@ Part of ``cli``, below the command ``forced``.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,15 +15,25 @@ import numpy as np
 from modelgen.analysis import ForcedResult, HammerResult, Swings, gear_hammer
 from modelgen.cli.report import digits
 from modelgen.cli.tables import RPM, aligned, write_data, write_table
-from modelgen.plots import plot, save
+from modelgen.plots import damper_power, plot, save
 
 NEGLIGIBLE = 1e-4  # of the largest amplitude of a channel: orders below are left out of the table
 SHOWN = (".twist", ".torque", ".angle_deviation", ".shear_stress", ".force")
-ROWS = 12  # of each kind of channel on the terminal
+ROWS = 6  # of each kind of channel on the terminal
 
 
-def write_forced(result: ForcedResult, factors: Mapping[str, float], folder: Path) -> None:
-    """Writes everything."""
+def write_forced(
+    result: ForcedResult,
+    factors: Mapping[str, float],
+    folder: Path,
+    channels: Sequence[str] = (),
+    limits: Mapping[str, str] | None = None,
+) -> None:
+    """Writes everything; the figure shows ``channels`` and those that have ``limits``, by default those that swing most."""
+    limits = limits or {}
+    shown = list(dict.fromkeys([*channels, *limits]))
+    # The figures first: what they refuse should not wait for long tables.
+    save(plot(result, channels=shown or None, limits=limits), folder / "forced.png")
     turns = (result.speeds * RPM).tolist()
     swings = {name: result.swing(name) for name in result.channels}
     hammer = gear_hammer(result) if result.gears else None
@@ -36,14 +46,16 @@ def write_forced(result: ForcedResult, factors: Mapping[str, float], folder: Pat
     header = ["speed [rpm]", "channel", "order [1/turn]", "exact order", "bases", "amplitude [unit]", "unit", "phase [deg]"]
     write_table(folder / "orders.csv", header, _order_rows(result))
     lost = result.power.sum(axis=2)
+    if lost.max(initial=0.0) > 0:
+        save(damper_power(result), folder / "power.png")
     rows = [[speed, *row] for speed, row in zip(turns, lost.tolist(), strict=True)]
     write_table(folder / "power.csv", ["speed [rpm]", *(f"{name} [W]" for name in result.dampers)], rows)
     if hammer is not None:
         header = ["speed [rpm]", "gear", "unit", "mean [unit]", "alternating [unit]", "least [unit]"]
         header += ["alternating per mean [1]", "hammer"]
         write_table(folder / "gears.csv", header, _gear_rows(turns, hammer))
+        save(plot(hammer), folder / "gears.png")
     write_data(folder / "forced.json", forced_data(result, swings, hammer, factors))
-    save(plot(result), folder / "forced.png")
 
 
 def _order_rows(result: ForcedResult) -> Iterator[list[Any]]:

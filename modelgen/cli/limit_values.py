@@ -23,6 +23,8 @@ from modelgen.model import Driveline
 
 Values = dict[str, Any]
 SWINGING = {".angle_deviation": "vibration_angle", ".elastic_angle": "elastic_angle", ".twist": "twist"}
+HALF_PP = "_half_pp"
+STILL = 1e-12  # rad
 FORCED = "values are those of the linear forced response at the operating speed: no gaps, no start-up"
 UNSETTLED = "the window is not settled: start-up vibration is still in these values"
 
@@ -35,6 +37,7 @@ def settled_values(line: Driveline, diameters: Mapping[str, Diameter], progress:
         if name.endswith(".torque"):
             low, high = float(torque.min()), float(torque.max())
             values |= _loads(name.removesuffix(".torque"), (high - low) / 2, max(abs(low), abs(high)), diameters)
+    _refuse_stillness(values, line.name)
     return values, () if response.window.settled else (UNSETTLED,)
 
 
@@ -53,14 +56,23 @@ def forced_values(model: Compiled, diameters: Mapping[str, Diameter]) -> tuple[V
             name = f"{element}.{SWINGING[f'.{kind}']}"
             # A twist has a mean that counts, the others are deviations.
             peak = max(abs(low), abs(high)) if kind == "twist" else float(swing.peak[0])
-            values |= {name: (peak, "rad"), f"{name}_half_pp": (half_pp, "rad")}
+            values |= {name: (peak, "rad"), name + HALF_PP: (half_pp, "rad")}
         elif kind == "torque":
             values |= _loads(element, half_pp, max(abs(low), abs(high)), diameters)
         elif kind == "force":
             values[f"{element}.mesh_force"] = (max(abs(low), abs(high)), "N")
+    _refuse_stillness(values, model.name)
     if not exact:
         remarks.append("the orders repeat only after very long: sums over the cycle are upper bounds")
     return values, tuple(remarks)
+
+
+def _refuse_stillness(values: Values, model: str) -> None:
+    """Raises CaseError where nothing moves: zeros would pass every limit."""
+    swings = [value for name, (value, _) in values.items() if name.endswith(HALF_PP)]
+    if swings and max(swings) <= STILL:
+        remedy = "give it harmonic torques, or ask for separation rules only"
+        raise CaseError(f"driveline {model!r}", "does not vibrate, nothing excites it", remedy)
 
 
 def _loads(element: str, half_pp: float, largest: float, diameters: Mapping[str, Diameter]) -> Values:

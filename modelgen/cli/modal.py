@@ -100,7 +100,7 @@ def _write(modes: ModalResult, slopes: SensitivityResult, compiled: Compiled, fo
     import numpy as np
 
     from modelgen.cli.tables import write_data, write_table
-    from modelgen.plots import plot, save
+    from modelgen.plots import energy_shares, plot, save
 
     names = list(modes.names)
     header = ["mode", "undamped [Hz]", "damped [Hz]", "damping ratio [1]", "decay rate [1/s]", "modal inertia [kg*m^2]"]
@@ -119,6 +119,7 @@ def _write(modes: ModalResult, slopes: SensitivityResult, compiled: Compiled, fo
     write_data(folder / "modal.json", modal_data(modes, slopes))
     if len(modes.frequencies) > modes.rigid:
         save(plot(modes, driveline=compiled.equations), folder / "modes.png")
+        save(energy_shares(modes), folder / "energy.png")
         save(plot(slopes), folder / "sensitivities.png")
 
 

@@ -95,7 +95,8 @@ def judge(claims: Claims, runs: list[Reading]) -> list[ClaimRow]:
             f"{claims.largest_angle_deg}°",
             f"{min(values):.3f}° to {max(values):.3f}° ({LIMITED}, over the four readings)",
             "cannot be decided",
-            "the paper gives no inertia, stiffness, tooth number, speed or torque; with estimated data, closeness to its figure would prove nothing",
+            "the paper gives no inertia, stiffness, tooth number, speed or torque; "
+            "with estimated data, closeness to its figure would prove nothing",
         )
     ]
     wanted = [claims.roles[role] for role in claims.largest_at]
@@ -139,15 +140,19 @@ def paper_text(response: Response, claims: Claims, runs: list[Reading], command:
     from modelgen.cli.report import environment
 
     names = [claims.roles[role] for role in claims.roles]
-    return environment().get_template("paper.md.jinja").render(
-        claims=claims,
-        command=command,
-        definitions=list(DEFINITIONS),
-        limited=LIMITED,
-        line=response.line,
-        places=names,
-        rows=judge(claims, runs),
-        runs=runs,
-        zeta=response.model.parameters.value(response.point.p, "zeta"),
-        xi=response.model.parameters.value(response.point.p, "xi"),
+    return (
+        environment()
+        .get_template("paper.md.jinja")
+        .render(
+            claims=claims,
+            command=command,
+            definitions=list(DEFINITIONS),
+            limited=LIMITED,
+            line=response.line,
+            places=names,
+            rows=judge(claims, runs),
+            runs=runs,
+            zeta=response.model.parameters.value(response.point.p, "zeta"),
+            xi=response.model.parameters.value(response.point.p, "xi"),
+        )
     )

@@ -1,6 +1,6 @@
-"""What the commands share that ask one question of a model: their options, the model as it is asked, a range of speeds.
+"""What the commands share that ask one question of a model: options, the model as it is asked, a range of speeds, pairs.
 
-Part of ``cli``, between ``settings`` and the commands ``modal``, ``campbell``, ``forced``, ``limits`` and ``equivalent``.
+Part of ``cli``, between ``settings`` and the commands such as ``modal`` or ``forced``.
 """
 
 from __future__ import annotations
@@ -32,15 +32,31 @@ def fills_a_folder(command: Command) -> Command:
     return click.option("--out", required=True, type=click.Path(path_type=Path), help="Folder for the results.")(command)
 
 
-def opened(model: str, assignments: tuple[str, ...], speed: str | None) -> tuple[Driveline, Compiled]:
-    """The driveline as it is asked, and compiled. Raises what reading, setting and assembling raise."""
+def opened(model: str, assignments: tuple[str, ...], speed: str | None, turning: bool = False) -> tuple[Driveline, Compiled]:
+    """The driveline as it is asked, and compiled. Raises what reading, setting and assembling raise.
+
+    ``turning``: raises CaseError for one without an operating speed.
+    """
     from modelgen.cli.settings import settle
     from modelgen.drivelines import load
     from modelgen.equations import assemble
+    from modelgen.errors import CaseError
     from modelgen.lowering import lower
 
     line = settle(load(model), assignments, speed)
+    if turning and line.speed is None:
+        raise CaseError(f"driveline {line.name!r}", "has no operating speed", 'give one, such as --speed "1500 rpm"')
     return line, lower(assemble(line))
+
+
+def pair(text: str, option: str, form: str) -> tuple[str, str]:
+    """Name and value of ``NAME=VALUE``. Raises CaseError for anything else; ``form`` says what to write."""
+    from modelgen.errors import CaseError
+
+    name, equals, value = (part.strip() for part in text.partition("="))
+    if not (name and equals and value):
+        raise CaseError(f"{option} {text!r}", "is no assignment", f"write {form}")
+    return name, value
 
 
 def speed_range(ends: tuple[str, str] | None, option: str) -> tuple[float, float] | None:

@@ -23,8 +23,8 @@ class Clocks:
     """Time and what follows it; ``values`` and ``timed`` have one column per instance.
 
     ``running_angles`` [rad] are what the clock angles are at t: frequency times t. ``values`` are what a block takes as clocks:
-    t [s], angle [rad] and frequency [rad/s] of each of its clocks, its harmonics. ``timed`` are its quantities that depend on time
-    but not on the state.
+    t [s], angle [rad] and frequency [rad/s] of each of its clocks, its harmonics. ``timed`` are its quantities that depend on
+    time but not on the state.
     """
 
     time: ca.SX

@@ -29,8 +29,9 @@ class Compiled:
     """Numeric functions of one driveline; nothing in it is rebuilt when a parameter changes.
 
     ``expressions`` hands out plain CasADi SX (keys t, x, p, ode, outputs) for other tools. ``mean_model`` holds the functions for
-    equilibrium and linearization: torque(angle, speed, own, p, w), linear(...) -> M, C, K, timed(clock angles, t, p) -> w,
-    means(p) -> values and flags, angles(x, p), coordinates(angle, speed, own, p), frequencies(p), ratios(p).
+    equilibrium and linearization: torque(angle, speed, own, p, w), linear(...) -> M, C, K, elements(...) -> torque on every
+    flange and mass terms, outputs(...), timed(clock angles, t, p) -> w, means(p) -> values and flags, completed(p) -> p with its
+    expressions, angles(x, p), coordinates(angle, speed, own, p), frequencies(p), node_ratios(p), ratios(p).
     """
 
     equations: Equations

@@ -1,12 +1,13 @@
 """Figure of the Campbell diagram: natural frequencies over speed, lines of the orders, their crossings, and the operating range.
 
-Draws ``CampbellResult`` of ``modelgen.analysis``. Orders of shafts and of gear meshes lie in different ranges of frequency, so each
-kind has its panel. The lowest panel names the critical speeds that the margin does not keep away.
+Draws ``CampbellResult`` of ``modelgen.analysis``. Orders of shafts and of gear meshes lie far apart in frequency: each kind has
+its panel. The lowest panel names the critical speeds that the margin does not keep away.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -137,10 +138,11 @@ def _name_lines(
     rpm_per_cm = float(speeds[-1] - speeds[0]) / 11.5
     upright = spread(exits, LETTER * rpm_per_cm, float(speeds[0]), float(speeds[-1]))
     level = spread([ends[k] for k in right], LETTER * per_cm, 0.0, top)
-    style = {"fontsize": 6.5, "annotation_clip": False, "textcoords": "offset points"}
+    style: dict[str, Any] = {"fontsize": 6.5, "annotation_clip": False, "textcoords": "offset points"}
     for k, place in zip(right, level, strict=True):
         color = line_of(bases.index(lines[k].sources[0][0]))[0]
-        axes.annotate(_name(lines[k]), (1, place), xycoords=("axes fraction", "data"), xytext=(3, 0), va="center", color=color, **style)
+        axes.annotate(_name(lines[k]), (1, place), xycoords=("axes fraction", "data"), xytext=(3, 0), va="center", color=color,
+                      **style)  # fmt: skip
     for k, place in zip(above, upright, strict=True):
         color = line_of(bases.index(lines[k].sources[0][0]))[0]
         axes.annotate(_name(lines[k]), (place, 1), xycoords=("data", "axes fraction"), xytext=(0, 3), ha="center", va="bottom",
@@ -175,9 +177,9 @@ def _legend(result: CampbellResult, bases: Sequence[str], margin: float) -> list
     entries: list[Line2D | Patch] = []
     for index, base in enumerate(bases):
         color, dashes = line_of(index)
-        entries.append(Line2D([], [], color=color, linestyle=dashes, linewidth=0.9, label=source_text(base)))  # type: ignore[arg-type]
+        entries.append(Line2D([], [], color=color, linestyle=dashes, linewidth=0.9, label=source_text(base)))
     entries.append(Line2D([], [], color=INK, linewidth=1.2, label="natural frequency"))
-    dot = {"marker": "o", "markersize": 3.6, "markeredgecolor": INK, "markeredgewidth": 0.6, "linestyle": "none"}
+    dot: dict[str, Any] = {"marker": "o", "markersize": 3.6, "markeredgecolor": INK, "markeredgewidth": 0.6, "linestyle": "none"}
     entries.append(Line2D([], [], color=VERMILION, label=f"critical speed within {100 * margin:.3g} %", **dot))
     entries.append(Line2D([], [], color="white", label="critical speed beyond", **dot))
     low, high = result.operating

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from modelgen.analysis.compare import ChannelComparison, ComparisonResult
 from modelgen.errors import CaseError
 from modelgen.plots.dispatch import plot
-from modelgen.plots.quantities import Display, axis_label, definition, display, number, words
-from modelgen.plots.style import BLUE, INK, ORANGE, SMALL, name_panel, sheet, styled
+from modelgen.plots.quantities import MINUS, Display, axis_label, definition, display, number, words
+from modelgen.plots.style import BLUE, INK, SMALL, name_panel, sheet, styled
 
 MOST = 6
 PERIODS = 3  # of the base frequency, shown of a longer window
@@ -36,11 +36,12 @@ def plot_comparison(result: ComparisonResult, /, *, last: int | None = PERIODS) 
     first = end - last / result.frequency if part and last is not None else begin
     shown = f"the last {last} periods of it" if part else "all of it"
     aligned = "by the best lag" if result.aligned else "as given"
-    detail = (
-        f"{result.source}. Common window {begin:.4g} to {end:.4g} s, shown is {shown}; measured clock shifted by "
-        f"{number(result.shift)} s ({aligned}). Values in the titles are over the whole window."
-    )
     orders = any(channel.orders for channel in result.channels)
+    base = f" Orders of {words(result.base)}, {number(result.frequency)} Hz: hatched measured, blue simulated." if orders else ""
+    detail = (
+        f"{result.source}. Common window {begin:.4g} to {end:.4g} s, shown: {shown}; measured clock shifted by "
+        f"{number(result.shift)} s ({aligned}). Values in the titles are over the whole window.{base}"
+    )
     figure = sheet(result.model, "measured and simulated", detail, height=1.6 + 5.2 * len(result.channels))
     grid = figure.subplots(len(result.channels), 1 + orders, squeeze=False, width_ratios=[1.7, 1.0] if orders else None)
     for row, channel in zip(grid, result.channels, strict=True):
@@ -59,16 +60,15 @@ def plot_comparison(result: ComparisonResult, /, *, last: int | None = PERIODS) 
 
 def _signals(axes: Axes, channel: ChannelComparison, unit: Display, first: float) -> None:
     kept = channel.times >= first
-    axes.plot(channel.times[kept], unit(channel.simulated[kept]), color=BLUE, linewidth=1.3, label="simulated")
-    axes.plot(channel.times[kept], unit(channel.measured[kept]), color=INK, linewidth=0.9, linestyle=(0, (4, 1.5)), label="measured")
+    times, dashes = channel.times[kept], (0, (4, 1.5))
+    axes.plot(times, unit(channel.simulated[kept]), color=BLUE, linewidth=1.3, label="simulated")
+    axes.plot(times, unit(channel.measured[kept]), color=INK, linewidth=0.9, linestyle=dashes, label="measured")
     axes.set_xlim(first, float(channel.times[-1]))
     axes.locator_params(axis="x", nbins=6)
     axes.set_ylabel(axis_label(channel.channel, unit.unit))
     measured, simulated = (float(unit(each.half_pp)) for each in (channel.measured_extent, channel.simulated_extent))
-    share = f" ({100 * (simulated / measured - 1):+.2g} %)" if measured else ""
-    note = (
-        f"half p-p: measured {number(measured, 3)}, simulated {number(simulated, 3)} {unit.unit}{share}".replace(" °", "°")
-    )
+    share = f" ({100 * (simulated / measured - 1):+.2g} %)".replace("-", MINUS) if measured else ""
+    note = f"half p-p: measured {number(measured, 3)}, simulated {number(simulated, 3)} {unit.unit}{share}".replace(" °", "°")
     name_panel(axes, f"{words(channel.channel.rpartition('.')[0])}: {definition(channel.channel)}", note)
 
 
@@ -76,12 +76,9 @@ def _orders(axes: Axes, channel: ChannelComparison, unit: Display) -> None:
     """Amplitudes by order, with the difference in phase of the largest."""
     orders = np.array([each.order for each in channel.orders])
     places = np.arange(len(orders))
-    for shift, values, color, hatch in (
-        (-0.2, [each.measured for each in channel.orders], ORANGE, "/////"),
-        (0.2, [each.simulated for each in channel.orders], BLUE, None),
-    ):
-        name = "simulated" if hatch is None else "measured"
-        axes.bar(places + shift, unit(np.array(values)), 0.4, color=color, hatch=hatch, edgecolor="white", linewidth=0, label=name, zorder=3)
+    measured, simulated = (unit(np.array([getattr(each, side) for each in channel.orders])) for side in ("measured", "simulated"))
+    axes.bar(places - 0.2, measured, 0.36, color="white", hatch="//////", edgecolor=INK, linewidth=0.6, zorder=3)
+    axes.bar(places + 0.2, simulated, 0.36, color=BLUE, edgecolor=INK, linewidth=0.6, zorder=3)
     axes.set_xticks(places, [str(order) for order in orders], fontsize=SMALL if len(orders) <= 12 else 5.5)
     axes.grid(axis="x", visible=False)
     axes.set_ylabel(f"amplitude [{unit.unit}]")
@@ -89,5 +86,5 @@ def _orders(axes: Axes, channel: ChannelComparison, unit: Display) -> None:
     clear = [each for each in channel.orders if each.phase_difference is not None]
     if clear:
         largest = max(clear, key=lambda each: each.measured)
-        note = f"phase of order {largest.order}: {np.degrees(largest.phase_difference or 0.0):+.1f}°".replace("-", "\N{MINUS SIGN}")
+        note = f"phase of order {largest.order}: {np.degrees(largest.phase_difference or 0.0):+.1f}°".replace("-", MINUS)
     name_panel(axes, "by order", note or " ")

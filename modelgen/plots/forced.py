@@ -6,6 +6,7 @@ Draws ``ForcedResult`` of ``modelgen.analysis``. At one speed the orders stand s
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from math import inf
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,7 +17,7 @@ from modelgen.analysis.campbell import CampbellResult
 from modelgen.analysis.forced import ForcedResult
 from modelgen.errors import CaseError
 from modelgen.plots.dispatch import plot
-from modelgen.plots.quantities import axis_label, definition, display, number, words
+from modelgen.plots.quantities import axis_label, definition, display, number, quantity_text, words
 from modelgen.plots.speed_axis import RPM, line_of, order_text, set_speed, source_text, spread
 from modelgen.plots.style import INK, SMALL, TEXT, VERMILION, filled, panels, sheet, styled
 from modelgen.units import read_quantity
@@ -48,11 +49,10 @@ def plot_forced(
     where = f"forced response of {result.model!r}"
     names = _largest(result) if channels is None else list(channels)
     if not (0 < len(names) <= MOST and count >= 1):
-        raise CaseError(where, f"{len(names)} channels and {count} orders are to be shown", f"name 1 to {MOST} channels, and an order")
+        raise CaseError(where, f"{len(names)} channels and {count} orders are to be shown", f"name 1 to {MOST} channels")
     if not result.orders:
         raise CaseError(where, "nothing excites it", "give it harmonic torques or gear meshes")
-    bounds = {name: read_quantity(value, result.unit(name), f"{where}, limit of {name!r}") if isinstance(value, str) else float(value)
-              for name, value in (limits or {}).items()}  # fmt: skip
+    bounds = {name: _bound(result, name, value, where) for name, value in (limits or {}).items()}
     for name in bounds:
         if name not in names:
             raise CaseError(where, f"a limit is given for {name!r}, which is not shown", "add it to the channels")
@@ -77,6 +77,15 @@ def plot_forced(
     return figure
 
 
+def _bound(result: ForcedResult, name: str, value: float | str, where: str) -> float:
+    """A limit in the SI unit of its channel."""
+    where = f"{where}, limit of {name!r}"
+    bound = read_quantity(value, result.unit(name), where) if isinstance(value, str) else float(value)
+    if not 0 < bound < inf:
+        raise CaseError(where, f"is {value!r}", "give a positive value")
+    return bound
+
+
 def _largest(result: ForcedResult) -> list[str]:
     """Of every kind of channel the one that swings most; torques are those of elements that twist."""
     twisting = {name.rpartition(".")[0] for name in result.channels if name.endswith(".twist")}
@@ -99,8 +108,8 @@ def _detail(result: ForcedResult, count: int, exact: bool) -> str:
         share = max(result.parametric.values())
         shaken = f" Linear, with mean mesh stiffness, which in fact varies by up to {100 * share:.2g} %."
     return (
-        f"All orders together: half peak to peak, {summed}. Orders per turn of the reference shaft, 0-peak, the {count} strongest "
-        f"of {len(result.orders)}. Physical values.{shaken}"
+        f"All orders together: half peak to peak, {summed}. Orders per turn of the reference shaft, 0-peak, the {count} "
+        f"strongest of {len(result.orders)}. Physical values.{shaken}"
     )
 
 
@@ -116,7 +125,7 @@ def _curves(axes: Axes, result: ForcedResult, name: str, strongest: Sequence[int
         color, dashes = line_of(index)
         amplitude = shown(np.abs(result[name][:, k]))
         axes.plot(speeds, amplitude, color=color, linestyle=dashes, linewidth=1.0, label=_wrapped(_order(result, k)), zorder=3)
-    _limit(axes, limit, float(whole.max()), shown.factor, shown.unit)
+    _limit(axes, limit, float(whole.max()), result.unit(name), shown.factor)
     axes.set_ylim(bottom=0)
     axes.set_ylabel(axis_label(name, shown.unit))
     axes.legend(loc="center left", bbox_to_anchor=(1.005, 0.5), handlelength=2.6)
@@ -139,21 +148,21 @@ def _bars(axes: Axes, result: ForcedResult, name: str, strongest: Sequence[int],
         axes.annotate(number(float(shown(height)), 3), (index, shown(height)), xytext=(0, 1.5), textcoords="offset points",
                       ha="center", fontsize=SMALL)  # fmt: skip
     axes.set_xticks(range(len(heights)), [*(order_text(result.orders[k]) for k in strongest), "all"])
-    _limit(axes, limit, whole, shown.factor, shown.unit)
+    _limit(axes, limit, whole, result.unit(name), shown.factor)
     axes.margins(y=0.12)
     axes.grid(axis="x", visible=False)
     axes.set_ylabel(axis_label(name, shown.unit))
     axes.legend(loc="center left", bbox_to_anchor=(1.005, 0.5))
 
 
-def _limit(axes: Axes, limit: float | None, largest: float, factor: float, unit: str) -> None:
+def _limit(axes: Axes, limit: float | None, largest: float, unit: str, factor: float) -> None:
     if limit is None:
         return
-    said = f"limit {limit * factor:.4g} {unit}".replace(" °", "°")
+    said = f"limit {quantity_text(limit, unit, 4)}".replace(" °", "°")
     if limit > FAR * largest:
         axes.plot([], [], linestyle="none", label=_wrapped(f"{said} (far above)"))
     else:
-        axes.axhline(limit * factor, color=VERMILION, linewidth=1.2, linestyle=(0, (5, 2)), label=said, zorder=5)
+        axes.axhline(limit * factor, color=VERMILION, linewidth=1.4, label=said, zorder=5)
 
 
 def _wrapped(text: str) -> str:

@@ -13,7 +13,10 @@ from modelgen.errors import CaseError
 from modelgen.plots.dispatch import plot
 from modelgen.plots.quantities import axis_label, display, words
 from modelgen.plots.speed_axis import RPM, set_speed
-from modelgen.plots.style import BLUE, INK, ORANGE, name_panel, panels, sheet, styled
+from modelgen.plots.style import BLUE, INK, ORANGE, VERMILION, name_panel, panels, sheet, styled
+
+MOST = 300.0  # percent; a longer bar says no more
+HAMMERING = "#F6D3BF"
 
 
 @plot.register
@@ -25,32 +28,51 @@ def plot_hammer(result: HammerResult, /) -> Figure:
     """
     if not result.gears:
         raise CaseError(f"gear hammer of {result.model!r}", "holds no gear", "ask gear_hammer() of a driveline with gears")
-    exact = all(load.exact for load in result.gears.values())
-    summed = "" if exact else " Sources that do not repeat together are added as a bound."
-    detail = (
-        "Vibration of the load over the cycle, all orders with their phases: its largest departure from the mean, and that toward "
-        f"zero. Shaded: the departure toward zero reaches the mean, the flanks part and hammer.{summed}"
-    )
+    swing = "Vibration of the load over the cycle, all orders with their phases: its departure from the mean, largest and toward zero."
+    if not all(load.exact for load in result.gears.values()):
+        swing += " Sources that do not repeat together are added as a bound."
+    if len(result.speeds) == 1:
+        return _at_one_speed(result, swing)
+    detail = f"{swing} Shaded: the departure toward zero reaches the mean, the flanks part and hammer."
     figure = sheet(result.model, "vibratory and mean load of the gears", detail, height=1.8 + 5.2 * len(result.gears))
     rows = [axes for (axes,) in panels(figure, len(result.gears))]
     speeds = result.speeds * RPM
-    dot = {"marker": "o"} if len(speeds) < 3 else {}
     for axes, (name, load) in zip(rows, result.gears.items(), strict=True):
         mean = np.abs(load.mean)
         shown = display(load.unit, float(max(mean.max(), load.alternating.max())))
-        axes.fill_between(speeds, 0, 1, where=load.hammer, transform=axes.get_xaxis_transform(), color="#F6D3BF", linewidth=0,
+        axes.fill_between(speeds, 0, 1, where=load.hammer, transform=axes.get_xaxis_transform(), color=HAMMERING, linewidth=0,
                           label="gears hammer", zorder=0)  # fmt: skip
         for lonely in speeds[_lonely(load)]:
-            axes.axvline(lonely, color="#F6D3BF", linewidth=2.0, zorder=0)
-        axes.plot(speeds, shown(mean), color=INK, linewidth=1.6, label="mean load", **dot)
-        axes.plot(speeds, shown(load.alternating), color=ORANGE, linestyle=(0, (5, 1.5)), label="largest departure from the mean", **dot)
-        axes.plot(speeds, shown(mean - load.least), color=BLUE, label="departure toward zero", **dot)
+            axes.axvline(lonely, color=HAMMERING, linewidth=2.0, zorder=0)
+        axes.plot(speeds, shown(mean), color=INK, linewidth=1.6, label="mean load")
+        axes.plot(speeds, shown(load.alternating), color=ORANGE, linestyle=(0, (5, 1.5)), label="largest departure from the mean")
+        axes.plot(speeds, shown(mean - load.least), color=BLUE, label="departure toward zero")
         axes.set_ylim(bottom=0)
         axes.set_ylabel(axis_label(load.channel, shown.unit))
         name_panel(axes, f"{words(name)}: {_verdict(load, speeds)}")
     handles, labels = rows[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=4)
     set_speed(rows[-1], result.speeds)
+    return figure
+
+
+def _at_one_speed(result: HammerResult, detail: str) -> Figure:
+    """Bars of the departure toward zero per mean, which hammers at 100 %."""
+    what = f"vibratory load of the gears at {result.speeds[0] * RPM:.5g} rpm"
+    figure = sheet(result.model, what, detail, height=1.8 + 0.7 * len(result.gears))
+    ((axes,),) = panels(figure, 1)
+    for row, load in enumerate(result.gears.values()):
+        mean, least = abs(float(load.mean[0])), float(load.least[0])
+        share = 100 * (mean - least) / mean if np.isfinite(load.ratio[0]) and mean else MOST if load.hammer[0] else 0.0
+        axes.barh(row, min(share, MOST), 0.6, color=VERMILION if load.hammer[0] else BLUE, edgecolor=INK, linewidth=0.3, zorder=3)
+        said = "hammers" if load.hammer[0] else "does not hammer"
+        axes.annotate(f"{share:.3g} %, {said}" if share < MOST else said, (1, row), xycoords=("axes fraction", "data"),
+                      xytext=(4, 0), textcoords="offset points", va="center", annotation_clip=False)  # fmt: skip
+    axes.axvline(100, color=INK, linewidth=1.2, linestyle=(0, (5, 2)), zorder=5)
+    axes.set_yticks(range(len(result.gears)), [words(name) for name in result.gears])
+    axes.set(xlim=(0, max(110.0, axes.get_xlim()[1])), ylim=(len(result.gears) - 0.4, -0.6))
+    axes.set_xlabel("departure of the load toward zero, per mean load [%]")
+    axes.grid(axis="y", visible=False)
     return figure
 
 

@@ -1,7 +1,7 @@
 """Figure of the limits: how much of each limit is used, passed or failed, and which rules were taken on trust.
 
-Draws ``LimitsResult`` of ``modelgen.analysis.limits``. Utilization is value / limit, for a least value limit / value; 100 % is the
-limit. Rows whose rule's own text was not seen are hatched, and the rules named.
+Draws ``LimitsResult`` of ``modelgen.analysis.limits``. Utilization is value / limit, for a least value limit / value; 100 % is
+the limit. Rows whose rule's own text was not seen are hatched, and the rules named.
 """
 
 from __future__ import annotations
@@ -15,13 +15,14 @@ from matplotlib.patches import Patch
 from modelgen.analysis.limits import LimitRow, LimitsResult
 from modelgen.errors import CaseError
 from modelgen.plots.dispatch import plot
-from modelgen.plots.quantities import number, words, written
+from modelgen.plots.quantities import display, number, words
 from modelgen.plots.style import BLUE, GRAY, INK, SMALL, TEXT, VERMILION, filled, sheet, styled, width_of
 
 ROW = 0.52  # cm
 WIDEST = 200.0  # percent; longer bars are cut and say so by an arrow
 NAME = 5.0  # cm for the name of a row
 HATCH = "/////"
+SIGNS = {"at most": "(\N{LESS-THAN OR EQUAL TO}", "at least": "(\N{GREATER-THAN OR EQUAL TO}", "outside": "(outside"}
 
 
 @plot.register
@@ -60,6 +61,8 @@ def _detail(result: LimitsResult, shown: dict[str, list[LimitRow]]) -> str:
     parts = [f"{counts[:1].upper()}{counts[1:]}."]
     if hidden:
         parts.append(f"{hidden} rows with more left are not shown.")
+    if any(_used(row) > WIDEST for rows in shown.values() for row in rows):
+        parts.append(f"Arrow: the bar ends at {WIDEST:g} %, the value beyond.")
     if result.unverified:
         parts.append(f"Hatched: the text of the rule itself was not seen ({', '.join(result.unverified)}).")
     return " ".join([*parts, *(f"{remark[:1].upper()}{remark[1:]}." for remark in result.remarks)])
@@ -101,12 +104,13 @@ def _fitted(name: str) -> str:
 
 
 def _said(row: LimitRow) -> str:
-    unit = "" if row.unit == "1" else "°" if row.unit == "deg" else " %" if row.unit == "percent" else f" {written(row.unit)}"
-    value = f"{number(row.value, 3)}{unit}"
+    shown = display(row.unit, max(abs(row.value), *row.limits, 0.0))
+    unit = {"-": "", "deg": "°", "percent": " %"}.get(shown.unit, f" {shown.unit}")
+    value = f"{number(float(shown(row.value)), 3)}{unit}"
     if row.margin is None:
         return f"{value}: not judged"
-    limit = " and ".join(f"{number(each, 3)}{unit}" for each in row.limits)
-    return f"{value} {row.comparison} {limit}: {row.verdict}"
+    limit = " and ".join(f"{number(float(shown(each)), 3)}{unit}" for each in row.limits)
+    return f"{value} {SIGNS[row.comparison]} {limit}), {row.verdict}"
 
 
 def _legend(result: LimitsResult) -> list[Patch]:

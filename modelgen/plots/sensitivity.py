@@ -30,32 +30,30 @@ def plot_sensitivities(result: SensitivityResult, /, *, modes: int = 6, count: i
     """
     shown = _modes(f"sensitivities of {result.model!r}", result.rigid, result.frequencies, modes, count)
     shared = {mode for cluster in result.repeated for mode in cluster}
+    largest = {mode: [each for each in result.largest(mode, count) if abs(each[1]) > NEGLIGIBLE] for mode in shown}
+    methods = dict(zip(result.parameters, result.methods, strict=True))
+    rough = {name for pairs in largest.values() for name, _ in pairs if methods[name] == "differences"}
     detail = (
-        "Relative change of the natural frequency per relative change of the parameter: at 0.5, a parameter 10 % larger raises the "
-        "frequency by about 5 %."
+        "Relative change of the natural frequency per relative change of the parameter: at 0.5, a parameter 10 % larger raises "
+        f"the frequency by about 5 %.{' Hatched: by differences, where no derivative exists.' if rough else ''}"
     )
-    differenced = False
     figure, spots = _grid(result.model, "sensitivities of the natural frequencies", detail, len(shown), count)
     for mode, axes in zip(shown, spots, strict=False):
-        largest = [(name, slope) for name, slope in result.largest(mode, count) if abs(slope) > NEGLIGIBLE]
-        hatched = [result.methods[result.parameters.index(name)] == "differences" for name, _ in largest]
-        differenced |= any(hatched)
-        size = max((abs(slope) for _, slope in largest), default=1.0)
-        for row, ((_, slope), rough) in enumerate(zip(largest, hatched, strict=True)):
-            axes.barh(row, slope, 0.62, color=BLUE if slope > 0 else ORANGE, hatch="/////" if rough else None, edgecolor="white",
-                      linewidth=0, zorder=3)  # fmt: skip
+        for row, (name, slope) in enumerate(largest[mode]):
+            axes.barh(row, slope, 0.62, color=BLUE if slope > 0 else ORANGE, hatch="/////" if name in rough else None,
+                      edgecolor="white", linewidth=0, zorder=3)  # fmt: skip
             axes.annotate(
                 f"{slope:+.2f}".replace("-", MINUS), (slope, row), xytext=(2 if slope > 0 else -2, 0), va="center",
                 textcoords="offset points", ha="left" if slope > 0 else "right", fontsize=SMALL,
             )  # fmt: skip
         axes.axvline(0.0, color=INK, linewidth=0.6, zorder=4)
-        least, most = min(0.0, *(slope for _, slope in largest), 0.0), max(0.0, *(slope for _, slope in largest), 0.0)
-        axes.set_xlim(least - (0.45 * size if least < 0 else 0.03 * size), most + (0.45 * size if most > 0 else 0.03 * size))
-        _rows(axes, [words(name).replace(".", ", ") for name, _ in largest], count)
+        slopes = [0.0, *(slope for _, slope in largest[mode])]
+        least, most = min(slopes), max(slopes)
+        room = 0.3 * (most - least) or 1.0  # for the numbers at the ends
+        axes.set_xlim(least - room * (1.0 if least < 0 else 0.1), most + room * (1.0 if most > 0 else 0.1))
+        _rows(axes, [words(name).replace(".", ", ") for name, _ in largest[mode]], count)
         name_panel(axes, f"{result.frequencies[mode]:.4g} Hz{' (repeated)' if mode in shared else ''}")
     _name_columns(spots, len(shown), "relative sensitivity [-]")
-    if differenced:
-        figure.text(0.0125, 0.008, "hatched: by differences", fontsize=SMALL)
     return figure
 
 
@@ -82,7 +80,8 @@ def energy_shares(result: ModalResult, /, *, modes: int = 6, count: int = 6) -> 
             axes.barh(places, values, [0.31 if both else 0.62 for both in double], color=color, hatch=hatch, edgecolor="white",
                       linewidth=0, label=name, zorder=3)  # fmt: skip
         for row, k in enumerate(order):
-            axes.annotate(f"{size[k]:.3g} %", (size[k], row), xytext=(2, 0), textcoords="offset points", va="center", fontsize=SMALL)
+            axes.annotate(f"{size[k]:.3g} %", (size[k], row), xytext=(2, 0), textcoords="offset points", va="center",
+                          fontsize=SMALL)  # fmt: skip
         axes.set_xlim(0, 1.3 * max(size.max(), 1e-9))
         _rows(axes, [words(result.elements[k]) for k in order], count)
         name_panel(axes, f"{result.frequencies[mode]:.4g} Hz")

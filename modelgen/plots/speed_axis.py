@@ -8,21 +8,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 from math import pi
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from modelgen.plots.quantities import words
-from modelgen.plots.style import BLUE, GREEN, INK, ORANGE, PURPLE, SKY, VERMILION
+from modelgen.plots.style import BLUE, GRAY, GREEN, ORANGE, PURPLE, SKY
 
 Array = NDArray[np.float64]
 RPM = 30 / pi
-LINES = (
-    (BLUE, "-"), (VERMILION, (0, (5, 1.5))), (GREEN, (0, (5, 1.5, 1, 1.5))), (PURPLE, (0, (1.5, 1))), (ORANGE, (0, (9, 2))),
-    (SKY, (0, (5, 1.5, 1, 1.5, 1, 1.5))), (INK, (0, (1, 2))),
+BROWN = "#8A5A00"
+LINES: tuple[tuple[str, Any], ...] = (
+    (BLUE, "-"), (GREEN, (0, (5, 1.5))), (BROWN, (0, (5, 1.5, 1, 1.5))), (PURPLE, (0, (1.5, 1))), (ORANGE, (0, (9, 2))),
+    (SKY, (0, (5, 1.5, 1, 1.5, 1, 1.5))), (GRAY, (0, (1, 2))),
 )  # fmt: skip
-"""Color and dashes of one line after the other: told apart in gray as well."""
+"""Color and dashes of one line after the other: told apart in gray as well. Red is left to what exceeds or endangers."""
 
 
 def set_speed(axes: Axes, speeds: Array) -> None:
@@ -32,7 +34,7 @@ def set_speed(axes: Axes, speeds: Array) -> None:
     axes.set_xlim((low, high) if high > low else (0.95 * low, 1.05 * high))
 
 
-def line_of(index: int) -> tuple[str, object]:
+def line_of(index: int) -> tuple[str, Any]:
     """Color and dashes of the line of a number."""
     return LINES[index % len(LINES)]
 

@@ -141,7 +141,12 @@ def test_the_public_check_of_the_truck() -> None:
     window = dataclasses.replace(window, first=40 * window.period, last=48 * window.period)
     count = int((window.last - window.first) * 20000)
     case = case.change(
-        start="zero", end=window.last, record_from=window.first, samples=count, tolerance=1e-5, channels=angle_channels(model.outputs)
+        start="zero",
+        end=window.last,
+        record_from=window.first,
+        samples=count,
+        tolerance=1e-5,
+        channels=angle_channels(model.outputs),
     )
     result = angles(simulate(case), window, point)
     expected = {"flywheel": (0.564, 0.185), "damper": (0.655, 0.267), "pump_free_end": (0.229, 0.236)}

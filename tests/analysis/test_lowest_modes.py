@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from modelgen import Driveline, Inertia, RigidGear, Shaft, assemble, lower, modal
+from modelgen import Driveline, Inertia, RigidGear, Shaft, assemble, lower, modal, operating_point
 from modelgen.analysis.elimination import Elimination
 
 COUNT = 150
@@ -31,33 +31,38 @@ def model():
 
 
 def test_the_lowest_modes_are_those_of_all(model) -> None:
-    every, some = modal(model), modal(model, count=12)
+    """With the point given, the dense path is taken."""
+    every, some = modal(model, point=operating_point(model), count=12), modal(model, count=12)
     assert some.frequencies[0] == 0.0
-    assert some.frequencies[1:] == pytest.approx(every.frequencies[1:12], rel=1e-11)
-    assert np.abs(some.shapes) == pytest.approx(np.abs(every.shapes[:, :12]), abs=1e-5)
-    assert some.potential == pytest.approx(every.potential[:, :12], abs=1e-5)
+    assert some.frequencies[1:] == pytest.approx(every.frequencies[1:], rel=1e-11)
+    assert np.abs(some.shapes) == pytest.approx(np.abs(every.shapes), abs=1e-5)
+    assert some.potential == pytest.approx(every.potential, abs=1e-5)
     assert some.kinetic.sum(axis=0) == pytest.approx(1)
     assert not some.complete
-    # Damping projected on the modes given: good where it is light.
-    assert some.damping_ratios == pytest.approx(every.damping_ratios[:11], rel=1e-3)
+    assert some.damping_ratios == pytest.approx(every.damping_ratios, rel=1e-6)
+
+
+@pytest.mark.slow
+def test_damping_projected_on_the_lowest_modes_is_good_where_it_is_light(model) -> None:
+    assert modal(model, count=12).damping_ratios == pytest.approx(modal(model).damping_ratios[:11], rel=1e-3)
 
 
 def test_repeated_modes_are_not_missed() -> None:
-    """Forty equal branches of five disks on a hub: each frequency of a branch clamped at the hub comes 39 times."""
+    """Twenty equal branches of eight disks on a hub: each frequency of a branch clamped at the hub comes 19 times."""
     elements = [Inertia("hub", inertia=5.0)]
-    for branch in range(40):
+    for branch in range(20):
         before = "hub"
-        for n in range(5):
+        for n in range(8):
             name = f"disk_{branch}_{n}"
             elements += [Inertia(name, inertia=0.2), Shaft(f"shaft_{branch}_{n}", before, name, stiffness=1e4)]
             before = name
-    result = modal(lower(assemble(Driveline("star", elements=tuple(elements)))), count=43)
+    result = modal(lower(assemble(Driveline("star", elements=tuple(elements)))), count=23)
     # Clamped-free chain: 2 sqrt(k/J) sin((2j - 1) pi / (2 (2n + 1))).
-    clamped = 2 * np.sqrt(1e4 / 0.2) * np.sin(np.pi * np.array([1, 3]) / 22) / (2 * np.pi)
-    assert result.frequencies[1:40] == pytest.approx(clamped[0], rel=1e-11)
-    assert result.repeated[0] == tuple(range(1, 40))
-    assert result.frequencies[40] > clamped[0] * 1.01
-    assert result.frequencies[41:] == pytest.approx(clamped[1], rel=1e-11)
+    clamped = 2 * np.sqrt(1e4 / 0.2) * np.sin(np.pi * np.array([1, 3]) / 34) / (2 * np.pi)
+    assert result.frequencies[1:20] == pytest.approx(clamped[0], rel=1e-11)
+    assert result.repeated[0] == tuple(range(1, 20))
+    assert result.frequencies[20] > clamped[0] * 1.01
+    assert result.frequencies[21:] == pytest.approx(clamped[1], rel=1e-11)
 
 
 def random_matrix(rng, size, extra):

@@ -92,7 +92,7 @@ def test_holzer_table_by_forcing_the_last_disk(omega, angles, torques) -> None:
 
 
 def test_state_space_of_the_geared_line() -> None:
-    """OT, tests.py, test_state_space and test_continuous_2_discrete; OT counts the gears' angles in space, so the last one turns."""
+    """OT, tests.py, test_state_space and test_continuous_2_discrete; OT counts gears' angles in space, so the last one turns."""
     line = Driveline(
         "geared",
         elements=(

@@ -1,4 +1,4 @@
-"""Times of the linear questions in one run: 1000 frequencies of 50 degrees of freedom beside openTorsion; 1000 degrees of freedom.
+"""Times of linear questions in one run: 1000 frequencies of 50 degrees of freedom beside openTorsion; 1000 degrees of freedom.
 
 Not collected by pytest. Run ``python tests/bench/linear_questions.py``; without openTorsion (``pip install opentorsion``) its
 columns are left out. Times are the least of several runs; where other programs run too, set OPENBLAS_NUM_THREADS=1, for small

@@ -1,4 +1,4 @@
-"""A small geared driveline as a model file, and the command line called in this process."""
+"""Two small drivelines as model files, and the command line called in this process."""
 
 from __future__ import annotations
 
@@ -75,6 +75,36 @@ flange = "fan"
 mean = "-150 N*m"
 """
 
+TWO_DISKS = """
+format = 1
+name = "two-disks"
+[operation]
+speed = "1200 rpm"
+reference = "engine"
+[bases.firing]
+order = 3
+[parameters]
+shaft_diameter = "80 mm"
+[elements.engine]
+kind = "inertia"
+inertia = "3 kg*m^2"
+[elements.load]
+kind = "inertia"
+inertia = "1 kg*m^2"
+[elements.shaft]
+kind = "shaft"
+a = "engine"
+b = "load"
+stiffness = "300 kN*m/rad"
+damping = "value"
+damping_coefficient = "20 N*m*s/rad"
+[elements.shaking]
+kind = "harmonic_torque"
+flange = "engine"
+base = "firing"
+cosine = { unit = "N*m", values = [40.0, 10.0] }
+"""
+
 Invoke = Callable[..., Result]
 
 
@@ -89,6 +119,14 @@ def invoke() -> Invoke:
         return result
 
     return call
+
+
+@pytest.fixture(scope="session")
+def two_disks(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The model file of two disks on a shaft, of which everything is known: 100.658 Hz, orders 3 and 6 of the engine."""
+    path = tmp_path_factory.mktemp("models") / "two_disks.toml"
+    path.write_text(TWO_DISKS, encoding="utf-8")
+    return path
 
 
 @pytest.fixture(scope="session")

@@ -48,7 +48,9 @@ def test_what_rests_on_unpublished_data_cannot_be_decided() -> None:
 def test_degrees_are_referred_by_the_speed_ratio() -> None:
     angles = AnglesResult("truck", WINDOW, {"pump": InertiaAngles(Swing(0.1, 0.05), Swing(0.02, 0.01), 0.5)}, {}, {})
     found = in_degrees(angles)
-    assert found["vibration angle, referred, 0-peak"]["pump"] == pytest.approx(2 * found["vibration angle, physical, 0-peak"]["pump"])
+    assert found["vibration angle, referred, 0-peak"]["pump"] == pytest.approx(
+        2 * found["vibration angle, physical, 0-peak"]["pump"]
+    )
     assert found["elastic angle, physical, half p-p"]["pump"] == pytest.approx(0.5729578)
 
 

@@ -23,7 +23,7 @@ EXAMPLES = """
 \b
 Examples:
   modelgen forced fracturing-truck --out out/forced
-  modelgen forced fracturing-truck --out out/range --speeds "1200 rpm" "2000 rpm" --count 81 --highest-order 12
+  modelgen forced fracturing-truck --out out/range --speeds "1200 rpm" "2000 rpm" --count 81
   modelgen forced fracturing-truck --out out/misfire --misfire firing_3=0
   modelgen forced my_driveline.toml --out out/stress --diameter coupling="80 mm" --limit coupling.shear_stress="40 MPa"
 
@@ -74,7 +74,7 @@ def forced(
         progress.stage(f"read {model}")
         from modelgen.analysis import forced as response_of
         from modelgen.cli.diameters import diameters
-        from modelgen.cli.forced_tables import forced_text, write_forced
+        from modelgen.cli.forced_tables import write_forced
         from modelgen.cli.question import opened
 
         line, compiled = opened(model, assignments, speed, turning=True)
@@ -84,8 +84,8 @@ def forced(
             compiled, wanted, factors, diameters=diameters(line, compiled, diameter), highest_order=highest_order
         )
         progress.stage("write tables and figure")
-        write_forced(result, factors, folder, show, bounds)
-    click.echo(forced_text(result))
+        text = write_forced(result, factors, folder, show, bounds)
+    click.echo(text)
     click.echo(f"tables, figures and forced.json: {out}")
 
 

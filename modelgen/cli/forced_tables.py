@@ -28,8 +28,11 @@ def write_forced(
     folder: Path,
     channels: Sequence[str] = (),
     limits: Mapping[str, str] | None = None,
-) -> None:
-    """Writes everything; the figure shows ``channels`` and those that have ``limits``, by default those that swing most."""
+) -> str:
+    """Writes everything and returns what the terminal says of it: sums over long cycles are made once.
+
+    The figure shows ``channels`` and those that have ``limits``, by default those that swing most.
+    """
     limits = limits or {}
     shown = list(dict.fromkeys([*channels, *limits]))
     # The figures first: what they refuse should not wait for long tables.
@@ -56,6 +59,7 @@ def write_forced(
         write_table(folder / "gears.csv", header, _gear_rows(turns, hammer))
         save(plot(hammer), folder / "gears.png")
     write_data(folder / "forced.json", forced_data(result, swings, hammer, factors))
+    return _text(result, swings, hammer)
 
 
 def _order_rows(result: ForcedResult) -> Iterator[list[Any]]:
@@ -77,14 +81,14 @@ def _gear_rows(turns: list[float], hammer: HammerResult) -> Iterator[list[Any]]:
             yield [speed, name, load.unit, *(float(values[k]) for values in columns), "yes" if load.hammer[k] else "no"]
 
 
-def forced_text(result: ForcedResult) -> str:
+def _text(result: ForcedResult, swings: Mapping[str, Swings], hammer: HammerResult | None) -> str:
     """The largest swing of each channel over the speeds, for the terminal."""
     rows, left = [], 0
     for ending in SHOWN:
         found = []
-        for name in result.channels:
+        for name, swing in swings.items():
             if name.endswith(ending):
-                swing, unit = result.swing(name), result.unit(name)
+                unit = result.unit(name)
                 worst = int(swing.half_pp.argmax())
                 turns = math.pi / 180 if unit == "rad" else 1.0
                 values = [swing.mean[worst] / turns, swing.half_pp[worst] / turns, swing.peak[worst] / turns]
@@ -97,8 +101,8 @@ def forced_text(result: ForcedResult) -> str:
     lines = [str(result), aligned(["channel", "mean", "half p-p", "0-peak", "unit", "at [rpm]"], rows)]
     if left:
         lines.append(f"... and {left} smaller ones, in forced.csv")
-    if result.gears:
-        lines.append(str(gear_hammer(result)))
+    if hammer is not None:
+        lines.append(str(hammer))
     return "\n".join([*lines, *_remarks(result)])
 
 

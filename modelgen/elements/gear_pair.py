@@ -66,7 +66,7 @@ class GearPair(Element):
     stiffness_table = Param("N/m", positive=True, series=True, when=TABLE, doc="equally spaced samples over one mesh period")
     stiffness_high = Param("N/m", positive=True, when=RECTANGULAR, doc="stiffness while two pairs are in contact")
     stiffness_low = Param("N/m", positive=True, when=RECTANGULAR, doc="stiffness while one pair is in contact")
-    contact_ratio = Param(positive=True, when=RECTANGULAR, doc="contact ratio, between 1 and 2")
+    contact_ratio = Param(positive=True, least=1.0, largest=2.0, when=RECTANGULAR, doc="contact ratio, between 1 and 2")
     face_width = Param("m", positive=True, when=GEOMETRY, doc="face width")
     young_modulus = Param("Pa", default=206e9, positive=True, when=GEOMETRY, doc="Young's modulus")
     poisson_ratio = Param(default=0.3, nonnegative=True, when=GEOMETRY, doc="Poisson's ratio")

@@ -129,7 +129,7 @@ class ParameterTable:
             raise UnitError(where, f"parameter {value.name!r} is in {shared.unit}", f"{param.unit} is asked for")
         for entry in shared.values:
             check_value(entry, param, f"{where}, parameter {value.name!r}")
-        self._add(replace(shared, **{key: getattr(shared, key) or limit for key, limit in _limits(param).items()}))
+        self._add(replace(shared, **_tighter(shared, param)))
         return shared
 
     def _own(self, element: Element, key: str, value: float | tuple[float, ...]) -> Parameter:
@@ -158,7 +158,17 @@ def _row(value: float | tuple[float, ...]) -> tuple[tuple[float, ...], bool]:
 
 
 def _limits(param: Param) -> dict[str, Any]:
-    return {"positive": param.positive, "nonnegative": param.nonnegative, "integer": param.integer}
+    return {key: getattr(param, key) for key in ("positive", "nonnegative", "integer", "least", "largest")}
+
+
+def _tighter(shared: Parameter, param: Param) -> dict[str, Any]:
+    """The limits of a shared parameter and of one that refers to it, both kept."""
+    bounds = {"least": max, "largest": min}
+    limits = {key: getattr(shared, key) or limit for key, limit in _limits(param).items() if key not in bounds}
+    for key, choose in bounds.items():
+        given = [limit for limit in (getattr(shared, key), getattr(param, key)) if limit is not None]
+        limits[key] = choose(given) if given else None
+    return limits
 
 
 def _symbols(name: str, count: int, series: bool, **assumptions: Any) -> tuple[sympy.Symbol, ...]:

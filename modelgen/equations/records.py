@@ -103,6 +103,8 @@ class Parameter:
     expression: sympy.Expr | None = None
     positive: bool = False
     nonnegative: bool = False
+    least: float | None = None
+    largest: float | None = None
     integer: bool = False
     note: str = ""
 

@@ -128,6 +128,8 @@ class ParameterTable:
             (parameter.positive, np.any(numbers <= 0), "give a positive value"),
             (parameter.nonnegative, np.any(numbers < 0), "give zero or a positive value"),
             (parameter.integer, np.any(numbers != np.floor(numbers)), "give a whole number"),
+            (parameter.least is not None, np.any(numbers < (parameter.least or 0)), f"give {parameter.least} or more"),
+            (parameter.largest is not None, np.any(numbers > (parameter.largest or 0)), f"give {parameter.largest} or less"),
         ):
             if limit and wrong:
                 raise ModelError(where, f"is {value!r:.60}{unit.replace(' in', '')}", advice)

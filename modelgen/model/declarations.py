@@ -94,6 +94,8 @@ class Param(Switched):
         default: float | tuple[float, ...] | None = None,
         positive: bool = False,
         nonnegative: bool = False,
+        least: float | None = None,
+        largest: float | None = None,
         integer: bool = False,
         series: bool = False,
         when: Condition | None = None,
@@ -102,6 +104,7 @@ class Param(Switched):
         dimension_of(unit)
         self.unit, self.default, self.series, self.when, self.doc = unit, default, series, dict(when or {}), doc
         self.positive, self.nonnegative, self.integer = positive, nonnegative, integer
+        self.least, self.largest = least, largest
 
     def symbol(self, row: int | None = None) -> sympy.Symbol:
         """The symbol itself, or the one of row 1, 2, ... of a series."""

@@ -50,6 +50,12 @@ def check_value(value: Any, param: Param, where: str) -> float:
         raise ModelError(where, shown, "give a positive value")
     if param.nonnegative and number < 0:
         raise ModelError(where, shown, "give zero or a positive value")
+    for limit, beyond, advice in (
+        (param.least, param.least is not None and number < param.least, "or more"),
+        (param.largest, param.largest is not None and number > param.largest, "or less"),
+    ):
+        if beyond:
+            raise ModelError(where, shown, f"give {limit:g} {advice}")
     if param.integer and not (number == math.floor(number) and abs(number) < 1e9):
         raise ModelError(where, f"is {number:g}", "give a whole number")
     return number

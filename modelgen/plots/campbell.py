@@ -42,7 +42,7 @@ def plot_campbell(result: CampbellResult, /, *, margin: float = 0.1, count: int 
     where = f"Campbell diagram of {result.model!r}"
     if len(result.speeds) < 2:
         raise CaseError(where, "is asked at one speed", "give campbell() a range of speeds")
-    if result.frequencies.shape[1] <= result.rigid or not result.lines:
+    if not np.any(result.frequencies[:, result.rigid :] > 0) or not result.lines:
         raise CaseError(where, "has no vibrating mode or no order", "ask a driveline with shafts and with a base frequency")
     if not (0 <= margin < 1 and count >= 1):
         raise CaseError(where, f"margin is {margin!r}, count {count!r}", "give a margin such as 0.1 and a count of 1 or more")
@@ -79,7 +79,7 @@ def _detail(result: CampbellResult, margin: float, left_out: int, near: int) -> 
     low, high = (each * RPM for each in result.operating)
     at = f"Operating speed {low:.5g} rpm" if low == high else f"Operating range {low:.5g} to {high:.5g} rpm"
     rest = f" {left_out} orders that excite less, or lie higher, are left out." if left_out else ""
-    met = f"{near} critical speeds" if near else "no critical speed"
+    met = f"{near or 'no'} critical speed{'s' * (near != 1)}"
     return (
         f"{at}: {met} of the orders shown within {100 * margin:.3g} % of it. At each line: multiple of its source, and order per "
         f"turn of the reference shaft.{rest}"

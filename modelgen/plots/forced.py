@@ -26,6 +26,7 @@ Array = NDArray[np.float64]
 KINDS = ("angle_deviation", "torque", "shear_stress", "force")
 MOST = 6  # channels
 FAR = 2.5  # limits that many times above the largest value are only named: drawn, they would flatten the curves
+CROWD = 10  # bars, of more the numbers are small
 NAMES = 2.9  # cm for a name beside a panel
 
 
@@ -103,13 +104,14 @@ def _detail(result: ForcedResult, count: int, exact: bool) -> str:
     summed = "over their common cycle, phases included" if exact else (
         "as a bound: each source is summed with its phases, and the sources added, because together they repeat too late"
     )  # fmt: skip
+    few = f", the {count} strongest of {len(result.orders)}" if count < len(result.orders) else ""
     shaken = ""
     if result.parametric:
         share = max(result.parametric.values())
         shaken = f" Linear, with mean mesh stiffness, which in fact varies by up to {100 * share:.2g} %."
     return (
-        f"All orders together: half peak to peak, {summed}. Orders per turn of the reference shaft, 0-peak, the {count} "
-        f"strongest of {len(result.orders)}. Physical values.{shaken}"
+        f"All orders together: half peak to peak, {summed}. Orders per turn of the reference shaft, 0-peak{few}. "
+        f"Physical values.{shaken}"
     )
 
 
@@ -144,10 +146,11 @@ def _bars(axes: Axes, result: ForcedResult, name: str, strongest: Sequence[int],
                  label=_wrapped(source) if new else "_", zorder=3)  # fmt: skip
     axes.bar(len(strongest), shown(whole), 0.6, color="white", edgecolor=INK, linewidth=0.8, hatch="////", zorder=3,
              label="all orders together")  # fmt: skip
+    size = SMALL if len(heights) <= CROWD else 5.0
     for index, height in enumerate(heights):
         axes.annotate(number(float(shown(height)), 3), (index, shown(height)), xytext=(0, 1.5), textcoords="offset points",
-                      ha="center", fontsize=SMALL)  # fmt: skip
-    axes.set_xticks(range(len(heights)), [*(order_text(result.orders[k]) for k in strongest), "all"])
+                      ha="center", fontsize=size)  # fmt: skip
+    axes.set_xticks(range(len(heights)), [*(order_text(result.orders[k]) for k in strongest), "all"], fontsize=size)
     _limit(axes, limit, whole, result.unit(name), shown.factor)
     axes.margins(y=0.12)
     axes.grid(axis="x", visible=False)

@@ -16,7 +16,7 @@ from modelgen.plots.speed_axis import RPM, set_speed
 from modelgen.plots.style import BLUE, INK, ORANGE, VERMILION, name_panel, panels, sheet, styled
 
 MOST = 300.0  # percent; a longer bar says no more
-HAMMERING = "#F6D3BF"
+HAMMERING = "#F0B59A"
 
 
 @plot.register
@@ -28,25 +28,23 @@ def plot_hammer(result: HammerResult, /) -> Figure:
     """
     if not result.gears:
         raise CaseError(f"gear hammer of {result.model!r}", "holds no gear", "ask gear_hammer() of a driveline with gears")
-    swing = "Vibration of the load over the cycle, all orders with their phases: its departure from the mean, largest and toward zero."
+    swing = "Vibration of the load over the cycle, orders with their phases: departure from the mean, largest and toward zero."
     if not all(load.exact for load in result.gears.values()):
         swing += " Sources that do not repeat together are added as a bound."
     if len(result.speeds) == 1:
         return _at_one_speed(result, swing)
-    detail = f"{swing} Shaded: the departure toward zero reaches the mean, the flanks part and hammer."
+    detail = f"{swing} Where the departure toward zero reaches the mean (shaded), the flanks part and hammer."
     figure = sheet(result.model, "vibratory and mean load of the gears", detail, height=1.8 + 5.2 * len(result.gears))
     rows = [axes for (axes,) in panels(figure, len(result.gears))]
     speeds = result.speeds * RPM
     for axes, (name, load) in zip(rows, result.gears.items(), strict=True):
         mean = np.abs(load.mean)
         shown = display(load.unit, float(max(mean.max(), load.alternating.max())))
-        axes.fill_between(speeds, 0, 1, where=load.hammer, transform=axes.get_xaxis_transform(), color=HAMMERING, linewidth=0,
-                          label="gears hammer", zorder=0)  # fmt: skip
-        for lonely in speeds[_lonely(load)]:
-            axes.axvline(lonely, color=HAMMERING, linewidth=2.0, zorder=0)
         axes.plot(speeds, shown(mean), color=INK, linewidth=1.6, label="mean load")
         axes.plot(speeds, shown(load.alternating), color=ORANGE, linestyle=(0, (5, 1.5)), label="largest departure from the mean")
         axes.plot(speeds, shown(mean - load.least), color=BLUE, label="departure toward zero")
+        axes.fill_between(speeds, shown(mean), shown(mean - load.least), where=load.least <= 0, interpolate=True, color=HAMMERING,
+                          linewidth=0, label="gears hammer", zorder=1)  # fmt: skip
         axes.set_ylim(bottom=0)
         axes.set_ylabel(axis_label(load.channel, shown.unit))
         name_panel(axes, f"{words(name)}: {_verdict(load, speeds)}")
@@ -74,12 +72,6 @@ def _at_one_speed(result: HammerResult, detail: str) -> Figure:
     axes.set_xlabel("departure of the load toward zero, per mean load [%]")
     axes.grid(axis="y", visible=False)
     return figure
-
-
-def _lonely(load: GearLoad) -> np.ndarray:
-    """Speeds that hammer while both neighbors do not: no area is left to be filled there."""
-    beaten = np.concatenate([[False], load.hammer, [False]])
-    return np.asarray(load.hammer & ~beaten[:-2] & ~beaten[2:])
 
 
 def _verdict(load: GearLoad, speeds: np.ndarray) -> str:

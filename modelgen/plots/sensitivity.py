@@ -49,7 +49,7 @@ def plot_sensitivities(result: SensitivityResult, /, *, modes: int = 6, count: i
         axes.axvline(0.0, color=INK, linewidth=0.6, zorder=4)
         slopes = [0.0, *(slope for _, slope in largest[mode])]
         least, most = min(slopes), max(slopes)
-        room = 0.3 * (most - least) or 1.0  # for the numbers at the ends
+        room = 0.42 * (most - least) or 1.0  # for the numbers at the ends
         axes.set_xlim(least - room * (1.0 if least < 0 else 0.1), most + room * (1.0 if most > 0 else 0.1))
         _rows(axes, [words(name).replace(".", ", ") for name, _ in largest[mode]], count)
         name_panel(axes, f"{result.frequencies[mode]:.4g} Hz{' (repeated)' if mode in shared else ''}")

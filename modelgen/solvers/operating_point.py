@@ -7,6 +7,7 @@ meshes on the flank that the mean torque presses.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -90,8 +91,14 @@ def mean_values(model: Compiled, p: Array) -> Array:
         return stated
     clocks = len(model.equations.clocks)
     angles = np.tile(np.arange(SAMPLES) * (2 * np.pi / SAMPLES), (clocks, 1))
-    sampled = np.asarray(model.mean_model["timed"].map(SAMPLES)(angles, np.zeros((1, SAMPLES)), p)).mean(axis=1)
+    sampled = np.asarray(sampled_time(model)(angles, np.zeros((1, SAMPLES)), p)).mean(axis=1)
     return np.where(explicit > 0, stated, sampled)
+
+
+@functools.lru_cache(maxsize=8)
+def sampled_time(model: Compiled) -> Any:
+    """The quantities that vary with time only, as one call over all samples of a turn; made once per model."""
+    return model.mean_model["timed"].map(SAMPLES)
 
 
 def _balance(model: Compiled, p: Array, fixed: set[str]) -> None:

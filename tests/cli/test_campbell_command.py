@@ -52,7 +52,18 @@ def test_the_summary(out: Path) -> None:
 
 
 def test_margins_from_a_range_and_fewer_orders(invoke: Invoke, two_disks: Path, tmp_path: Path) -> None:
-    options = ("--operating", "1100 rpm", "1500 rpm", "--speeds", "100 rad/s", "240 rad/s", "--count", "3", "--highest-order", "4")
+    options = (
+        "--operating",
+        "1100 rpm",
+        "1500 rpm",
+        "--speeds",
+        "100 rad/s",
+        "240 rad/s",
+        "--count",
+        "3",
+        "--highest-order",
+        "4",
+    )
     assert invoke("campbell", two_disks, "--out", tmp_path / "out", *options).exit_code == 0
     (only,) = rows(tmp_path / "out" / "critical_speeds.csv")
     assert float(only["margin [percent]"]) == pytest.approx(100 * (2 * CRITICAL / 1500 - 1))
@@ -77,7 +88,9 @@ def test_a_wrong_option(invoke: Invoke, two_disks: Path, tmp_path: Path, options
 
 @pytest.mark.parametrize("command", ["campbell", "forced"])
 def test_a_driveline_without_a_speed(invoke: Invoke, tmp_path: Path, command: str) -> None:
-    text = SMALL.replace('speed = "1500 rpm"\n', "").replace('base = "motor_order"\n', "").replace('cosine = "drive_cosine"\n', "")
+    text = (
+        SMALL.replace('speed = "1500 rpm"\n', "").replace('base = "motor_order"\n', "").replace('cosine = "drive_cosine"\n', "")
+    )
     text = text.replace('[bases.motor_order]\nshaft = "motor"\norder = 2\n', "")
     (tmp_path / "still.toml").write_text(text, encoding="utf-8")
     line = refused(invoke(command, tmp_path / "still.toml", "--out", tmp_path / "out"), 2)

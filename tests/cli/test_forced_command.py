@@ -1,4 +1,4 @@
-"""``modelgen forced``: the response of two disks as its formula has it, misfire, stress, gear loads, and refusals by their words."""
+"""``modelgen forced``: the response of two disks by their formula, misfire, stress, gear loads, and refusals by their words."""
 
 from __future__ import annotations
 
@@ -16,17 +16,27 @@ from .test_refusals import refused
 J_ENGINE, J_LOAD, K, C = 3.0, 1.0, 3e5, 20.0
 
 
-def torque(amplitude: float, omega: float) -> complex:
+def torque(amplitude: float, omega: float, damping: float = C) -> complex:
     """Shaft torque under a torque on the engine: (k + i w c) u, u the twist of two disks."""
     joined = J_ENGINE * J_LOAD / (J_ENGINE + J_LOAD)
-    stiffness = K + 1j * omega * C
+    stiffness = K + 1j * omega * damping
     return stiffness * amplitude / J_ENGINE / (stiffness / joined - omega**2)
 
 
 @pytest.fixture(scope="module")
 def out(invoke: Invoke, two_disks: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("forced") / "out"
-    options = ("--speeds", "900 rpm", "1200 rpm", "--count", "3", "--limit", "shaft.torque=1 kN*m", "--show", "shaft.shear_stress")
+    options = (
+        "--speeds",
+        "900 rpm",
+        "1200 rpm",
+        "--count",
+        "3",
+        "--limit",
+        "shaft.torque=1 kN*m",
+        "--show",
+        "shaft.shear_stress",
+    )
     result = invoke("forced", two_disks, "--out", folder, *options)
     assert result.exit_code == 0, result.output
     assert "3 speeds from 900 to 1200 rpm, 2 orders" in result.stdout
@@ -65,7 +75,9 @@ def test_the_orders_are_summed_with_their_phases(out: Path) -> None:
 def test_the_diameter_in_the_model_gives_the_stress(out: Path) -> None:
     factor = 16 / (math.pi * 0.08**3)
     for row in rows(out / "forced.csv"):
-        assert float(row["shaft.shear_stress 0-peak [Pa]"]) == pytest.approx(factor * float(row["shaft.torque 0-peak [N*m]"]), rel=1e-6)
+        assert float(row["shaft.shear_stress 0-peak [Pa]"]) == pytest.approx(
+            factor * float(row["shaft.torque 0-peak [N*m]"]), rel=1e-6
+        )
 
 
 def test_the_power_lost_in_the_shaft(out: Path) -> None:

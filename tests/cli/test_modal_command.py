@@ -25,7 +25,9 @@ def out(invoke: Invoke, two_disks: Path, tmp_path_factory: pytest.TempPathFactor
     folder = tmp_path_factory.mktemp("modal") / "out"
     result = invoke("modal", two_disks, "--out", folder)
     assert result.exit_code == 0, result.output
-    assert "2             100.658      100.642        0.02108           load 75%             shaft 100%" in result.stdout
+    assert ["2", "100.658", "100.636", "0.02108", "load", "75%", "shaft", "100%"] in [
+        line.split() for line in result.stdout.splitlines()
+    ]
     return folder
 
 
@@ -49,7 +51,10 @@ def test_frequencies_damping_and_shapes(out: Path) -> None:
 
 
 def test_referred_shapes_are_divided_by_the_speed_ratio(invoke: Invoke, small: Path, tmp_path: Path) -> None:
-    assert invoke("modal", small, "--out", tmp_path / "out", "--count", "2", "--set", "coupling.stiffness=40 kN*m/rad").exit_code == 0
+    assert (
+        invoke("modal", small, "--out", tmp_path / "out", "--count", "2", "--set", "coupling.stiffness=40 kN*m/rad").exit_code
+        == 0
+    )
     found = rows(tmp_path / "out" / "modal.csv")
     assert len(found) == 2
     for mode in found:
@@ -68,7 +73,9 @@ def test_sensitivities_are_those_of_two_disks(out: Path) -> None:
     found = {row["parameter"]: row for row in rows(out / "sensitivities.csv")}
     assert set(found) == {"engine.inertia", "load.inertia", "shaft.stiffness"}
     assert float(found["shaft.stiffness"]["slope [Hz/unit]"]) == pytest.approx(FREQUENCY / 2 / 3e5)
-    assert [float(found[name]["relative slope [1]"]) for name in ("engine.inertia", "load.inertia")] == pytest.approx([-1 / 8, -3 / 8])
+    assert [float(found[name]["relative slope [1]"]) for name in ("engine.inertia", "load.inertia")] == pytest.approx(
+        [-1 / 8, -3 / 8]
+    )
     assert found["load.inertia"]["unit"] == "kg*m^2"
 
 

@@ -220,3 +220,12 @@ def test_the_static_mesh_lies_on_the_loaded_flank():
 def test_parameters_that_do_not_fit(given, words):
     with pytest.raises(ModelError, match=f"^gear_pair .*{words}"):
         compiled(**given)
+
+
+@pytest.mark.parametrize(("ratio", "words"), [(0.9, "is 0.9; give 1 or more"), (2.4, "is 2.4; give 2 or less")])
+def test_two_levels_need_a_contact_ratio_between_one_and_two(ratio: float, words: str) -> None:
+    with pytest.raises(ModelError, match=words):
+        compiled(mesh="rectangular", stiffness_high=3e8, stiffness_low=2e8, contact_ratio=ratio)
+    model = compiled(mesh="rectangular", stiffness_high=3e8, stiffness_low=2e8, contact_ratio=1.5)
+    with pytest.raises(ModelError, match=words.partition("; ")[2].replace("1 ", "1.0 ").replace("2 ", "2.0 ")):
+        model.parameters.vector({"mesh.contact_ratio": ratio})

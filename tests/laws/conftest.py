@@ -71,6 +71,8 @@ def value_of(param: Param, rng: np.random.Generator, still: bool) -> Any:
         return int(rng.integers(30, 45))
     if param.default:
         return param.default * rng.uniform(0.95, 1.05)
+    if param.least is not None and param.largest is not None:
+        return rng.uniform(param.least, param.largest)
     if param.positive:
         return rng.uniform(1, 2) * (0.1 if param.unit == "m" else 1)
     return rng.uniform(0.05, 0.2) if param.nonnegative else rng.uniform(-0.1, 0.1)

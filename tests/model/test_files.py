@@ -106,6 +106,8 @@ def values(param, rng):
         return tuple(rng.lognormal(0, 9, 3)) if param.positive else AWKWARD
     if param.integer:
         return int(rng.integers(10, 99))
+    if param.least is not None and param.largest is not None:
+        return float(rng.uniform(param.least, param.largest))
     return float(rng.lognormal(0, 9))
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.collections import FillBetweenPolyCollection
+from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
 from modelgen.analysis import (
@@ -117,9 +117,8 @@ def test_figure_is_readable(name: str, linear: Linear, readable: Callable[..., N
     assert figure.get_size_inches()[0] == pytest.approx(16 / 2.54)
 
 
-@pytest.mark.parametrize("name", ["campbell", "comparison"])
-def test_same_input_gives_the_same_bytes(name: str, linear: Linear, tmp_path: Path) -> None:
-    first, second = (save(MAKERS[name](linear), tmp_path / f"{k}.png").read_bytes() for k in range(2))
+def test_same_input_gives_the_same_bytes(linear: Linear, tmp_path: Path) -> None:
+    first, second = (save(plot(linear.campbell), tmp_path / f"{k}.png").read_bytes() for k in range(2))
     assert first == second
 
 
@@ -130,7 +129,7 @@ def test_every_crossing_of_the_lines_shown_is_a_dot(linear: Linear) -> None:
     figure = plot(linear.campbell, margin=0.1)
     shafts, meshes = figure.axes[:2]
     assert (shafts.get_title("left"), meshes.get_title("left")) == ("orders of the shafts", "orders of the gear meshes")
-    for axes, meshing in ((shafts, False), (meshes, True)):
+    for axes in (shafts, meshes):
         dots = {(round(float(x), 6), round(float(y), 6)): line.get_color() for line in axes.lines if line.get_marker() == "o"
                 for x, y in zip(line.get_xdata(), line.get_ydata(), strict=True)}  # fmt: skip
         drawn = {float(line.get_ydata()[0] / line.get_xdata()[0]) * 60 for line in axes.lines if len(line.get_xdata()) > 1}
@@ -143,16 +142,16 @@ def test_every_crossing_of_the_lines_shown_is_a_dot(linear: Linear) -> None:
         assert dots
         for place, margin in wanted.items():
             assert (dots[place] == "white") == (abs(margin) > 0.1)
-        assert any("mesh" in base for each in linear.campbell.lines for base, _ in each.sources) or not meshing
 
 
 def test_the_margin_decides_what_is_listed(linear: Linear) -> None:
     near = [each for each in linear.campbell.critical if abs(each.margin) <= 0.1]
     assert near
-    for each in near[:3]:
-        assert f"{each.speed * RPM:.4g} rpm" in notes(plot(linear.campbell, margin=0.1))
-    assert "within 0 % of it" in notes(plot(linear.at_speed, margin=0.0))
-    assert len(plot(linear.at_speed, margin=0.0).axes) == 2
+    listed = notes(plot(linear.campbell, margin=0.1))
+    assert all(f"{each.speed * RPM:.4g} rpm" in listed for each in near)
+    figure = plot(linear.at_speed, margin=0.0)
+    assert "no critical speeds of the orders shown within 0 % of it" in notes(figure)
+    assert len(figure.axes) == 2
 
 
 @pytest.mark.parametrize(
@@ -242,9 +241,8 @@ def test_hammer_is_shaded_where_the_load_reaches_zero(linear: Linear) -> None:
     assert load.hammer.any()
     assert not load.hammer.all()
     figure = plot(linear.hammer)
-    (area,) = (each for each in figure.axes[0].collections if isinstance(each, FillBetweenPolyCollection))
+    (area,) = (each for each in figure.axes[0].collections if isinstance(each, PolyCollection))
     spans = [path.get_extents().intervalx for path in area.get_paths()]
-    spans += [(x, x) for line in figure.axes[0].lines for x in [float(line.get_xdata()[0])] if len(line.get_xdata()) == 2]
     for speed, hammers in zip(linear.hammer.speeds * RPM, load.hammer, strict=True):
         assert any(low - 1e-6 <= speed <= high + 1e-6 for low, high in spans) == hammers
     assert "mesh: hammers; vibration at most" in notes(figure)

@@ -35,10 +35,10 @@ def endless(ode: Ode) -> Callable[[int], InitialValueProblem]:
 def test_nothing_outlives_its_budget(endless: Callable[[int], InitialValueProblem], name: str, outputs: int) -> None:
     problem = endless(outputs)
     begin = time.perf_counter()
-    run = solve(problem, name, SolverOptions(tolerance=1e-9, budget=Budget(max_seconds=0.1)))
-    assert time.perf_counter() - begin < 1.1
+    run = solve(problem, name, SolverOptions(tolerance=1e-9, budget=Budget(max_seconds=0.4)))
+    assert time.perf_counter() - begin < 1.4
     assert run.outcome is Outcome.MAX_TIME
-    assert "the budget of 0.1 s of computing time is used up" in run.message
+    assert "the budget of 0.4 s of computing time is used up" in run.message
     assert run.statistics.steps > 0
     assert (len(run.times) > 0) == (outputs > 1)
 

@@ -46,7 +46,8 @@ class Dimension:
         return self == NUMBER
 
     def __str__(self) -> str:
-        above, below = [], []
+        above: list[str] = []
+        below: list[str] = []
         for symbol, power in (("kg", self.mass), ("m", self.length), ("s", self.time)):
             if power:
                 text = symbol if abs(power) == 1 else f"{symbol}^{abs(power)}"

@@ -22,7 +22,7 @@ _HOME = {
     "equations": "Equations assemble system",
     "lowering": "Compiled lower",
     "solvers": "SOLVERS Case Outcome Solution crosscheck operating_point simulate",
-    "analysis": "angles modal settled_window",
+    "analysis": "angles campbell forced gear_hammer modal phase_vectors sensitivities settled_window",
     "plots": "draw plot save",
     "errors": "BalanceError CaseError LoweringError ModelError ModelFileError ModelgenError NamingError UnitError",
 }

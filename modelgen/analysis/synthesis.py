@@ -16,6 +16,7 @@ from modelgen.errors import CaseError
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 LONGEST = 2**21  # samples of a cycle
+MOST = 2**26  # samples of all sums together, in seconds of work
 
 
 def common_cycle(orders: tuple[Fraction, ...]) -> Fraction:
@@ -29,6 +30,11 @@ def common_cycle(orders: tuple[Fraction, ...]) -> Fraction:
     return 1 / Fraction(gcd(*(each.numerator for each in orders)), lcm(*(each.denominator for each in orders)))
 
 
+def samples_of_cycle(orders: tuple[Fraction, ...], points: int = 64) -> int:
+    """Samples of one common cycle with so many in a period of the highest order."""
+    return points * max((int(order * common_cycle(orders)) for order in orders), default=1)
+
+
 def synthesize(orders: tuple[Fraction, ...], amplitudes: Complex, points: int = 64) -> tuple[Array, Array]:
     """Re sum_h amplitude_h e^(i 2 pi order_h turn) over one common cycle.
 
@@ -40,9 +46,8 @@ def synthesize(orders: tuple[Fraction, ...], amplitudes: Complex, points: int = 
     ([0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75],
      [1.0, 1.707107, 0.0, -1.707107, -1.0, 0.292893, 0.0, -0.292893])
     """
-    cycle = common_cycle(orders)
+    cycle, count = common_cycle(orders), samples_of_cycle(orders, points)
     places = [int(order * cycle) for order in orders]
-    count = points * max(places, default=1)
     if count > LONGEST:
         problem = f"the orders repeat only after {cycle} turns, {count} samples"
         raise CaseError("synthesis over the cycle", problem, "take the orders of one base frequency at a time, or a lowest few")
@@ -55,14 +60,15 @@ def synthesize(orders: tuple[Fraction, ...], amplitudes: Complex, points: int = 
 def extremes(orders: tuple[Fraction, ...], groups: tuple[tuple[str, ...], ...], amplitudes: Complex) -> tuple[Array, Array, bool]:
     """Least and largest value (...,) of the synthesized sum, and whether they are reached within the common cycle.
 
-    Where that cycle is too long, the sums of the extremes of each group of orders (``groups``: names per order) bound them:
-    orders that never repeat together come as close to that as one waits.
+    Where that cycle is too long for the number of sums asked for, the sums of the extremes of each group of orders (``groups``:
+    names per order) bound them: orders that never repeat together come as close to that as one waits.
     """
-    try:
+    count = samples_of_cycle(orders)
+    sums = int(np.prod(amplitudes.shape[:-1]))
+    if count <= LONGEST and count * sums <= MOST:
         values = synthesize(orders, amplitudes)[1]
         return values.min(axis=-1), values.max(axis=-1), True
-    except CaseError:
-        low, high = np.zeros(amplitudes.shape[:-1]), np.zeros(amplitudes.shape[:-1])
+    low, high = np.zeros(amplitudes.shape[:-1]), np.zeros(amplitudes.shape[:-1])
     for name in dict.fromkeys(groups):
         mine = [k for k, group in enumerate(groups) if group == name]
         values = synthesize(tuple(orders[k] for k in mine), amplitudes[..., mine])[1]

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from modelgen.analysis.window import Window
 from modelgen.errors import CaseError
 from modelgen.lowering import Compiled
+from modelgen.solvers.crosscheck import without_line
 from modelgen.solvers.operating_point import OperatingPoint
 from modelgen.solvers.solution import Solution
 
@@ -99,13 +100,6 @@ def angles(solution: Solution, window: Window, point: OperatingPoint) -> AnglesR
             shares = [float(np.mean(side)) for side in (depth > 0, depth == 0, depth < 0)]
             meshes[name.removesuffix(".force")] = MeshForces(float(force.min()), float(force.max()), _mean(t, force), *shares)
     return AnglesResult(solution.model_name, window, inertias, twists, meshes)
-
-
-def without_line(times: Array, values: Array) -> Array:
-    """Values less their best straight line in time (least squares)."""
-    centered = times - times.mean()
-    slope = float(centered @ (values - values.mean())) / float(centered @ centered)
-    return np.asarray(values - values.mean() - slope * centered)
 
 
 def _swing(values: Array) -> Swing:

@@ -8,11 +8,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from modelgen.analysis.angles import without_line
 from modelgen.analysis.measurement import FEWEST, Measurement
 from modelgen.analysis.signals import best_shift, correlation, interpolant
 from modelgen.errors import CaseError, nearest
 from modelgen.model.values import plain_number
+from modelgen.solvers.crosscheck import without_line
 from modelgen.solvers.solution import Solution
 from modelgen.units import finite
 

@@ -13,7 +13,7 @@ from modelgen.analysis import AnglesResult
 from modelgen.analysis.angles import InertiaAngles
 from modelgen.cli.progress import Progress
 from modelgen.cli.response import Request, Response, respond
-from modelgen.cli.settings import settle
+from modelgen.cli.settings import common_switch, settle
 from modelgen.drivelines.claims import Claims
 
 SHAFT_FORMS, MESH_FORMS = ("per_shaft", "modal"), ("corrected", "literal")
@@ -59,7 +59,7 @@ class ClaimRow:
 def readings(response: Response, progress: Progress) -> list[Reading]:
     """The driveline of a response under every reading of shaft and mesh damping; its own reading is not run again."""
     request = replace(response.request, crosscheck=())
-    own = [_switch(response, kind) for kind in ("shaft", "gear_pair")]
+    own = [common_switch(response.line, kind) for kind in ("shaft", "gear_pair")]
     found = []
     for shaft in SHAFT_FORMS:
         for mesh in MESH_FORMS:
@@ -78,11 +78,6 @@ def in_degrees(angles: AnglesResult) -> dict[str, dict[str, float]]:
 
 def _angles(response: Response, shaft: str, mesh: str, request: Request, progress: Progress) -> AnglesResult:
     return respond(settle(response.line, damping=shaft, mesh_damping=mesh), request, progress).angles
-
-
-def _switch(response: Response, kind: str) -> str | None:
-    settings = {element.choices["damping"] for element in response.line.elements if element.kind == kind}
-    return settings.pop() if len(settings) == 1 else None
 
 
 def judge(claims: Claims, runs: list[Reading]) -> list[ClaimRow]:

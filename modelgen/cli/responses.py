@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from modelgen.analysis.angles import without_line
 from modelgen.cli.response import Response
+from modelgen.solvers.crosscheck import without_line
 
 MOST_ROWS = 5001
 KEPT = (".twist", ".torque", ".force", ".deflection")

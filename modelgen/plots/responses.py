@@ -12,13 +12,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from modelgen.analysis import Window
-from modelgen.analysis.angles import without_line
 from modelgen.errors import CaseError
 from modelgen.plots.angles import LIMIT
 from modelgen.plots.quantities import DEGREES, number, words
 from modelgen.plots.style import BLUE, GRAY, VERMILION, mark_value, name_panel, panels, sheet, styled
 from modelgen.plots.time_axis import part_of, set_time
 from modelgen.solvers import Solution
+from modelgen.solvers.crosscheck import without_line
 
 
 @styled

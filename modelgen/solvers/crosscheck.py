@@ -166,11 +166,16 @@ def _run(case: Case, solver: str, tolerance: float) -> Solution:
     return simulate(case.change(solver=solver, tolerance=tolerance, options=options))
 
 
-def _swing(times: Array, values: Array) -> float:
-    """Half peak-to-peak of what remains of a channel without its best straight line."""
+def without_line(times: Array, values: Array) -> Array:
+    """Values less their best straight line in time (least squares): what fluctuates of a channel."""
     centered = times - times.mean()
     slope = float(centered @ (values - values.mean())) / float(centered @ centered)
-    rest = values - values.mean() - slope * centered
+    return np.asarray(values - values.mean() - slope * centered)
+
+
+def _swing(times: Array, values: Array) -> float:
+    """Half peak-to-peak of what fluctuates of a channel; zero where that is rounding only."""
+    rest = without_line(times, values)
     noise = 1e-13 * float(np.abs(values).max(initial=0.0))
     return 0.0 if np.ptp(rest) <= noise else float(np.ptp(rest)) / 2
 

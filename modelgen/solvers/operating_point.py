@@ -50,12 +50,17 @@ class OperatingPoint:
 
 def natural_frequencies(mass: Array, stiffness: Array) -> Array:
     """Undamped natural frequencies [Hz] of M q'' + K q = 0, sorted, from the symmetric form L^-1 K L^-T with M = L L^T."""
-    factor = np.linalg.cholesky(mass)
-    symmetric = np.linalg.solve(factor, np.linalg.solve(factor, stiffness).T)
-    squares = np.linalg.eigvalsh((symmetric + symmetric.T) / 2)
+    squares = np.linalg.eigvalsh(_symmetric_form(mass, stiffness)[1])
     # Rounding leaves a rigid mode at +-1e-10 of the largest square; what is that small is zero.
     squares[np.abs(squares) < 1e-13 * max(np.abs(squares).max(), 1e-300) * len(squares)] = 0.0
     return np.sort(np.sign(squares) * np.sqrt(np.abs(squares)) / (2 * np.pi))
+
+
+def _symmetric_form(mass: Array, stiffness: Array) -> tuple[Array, Array]:
+    """L and L^-1 K L^-T with M = L L^T: its eigenvalues are the squares of the natural frequencies [rad^2/s^2]."""
+    factor = np.asarray(np.linalg.cholesky(mass), dtype=float)
+    symmetric = np.linalg.solve(factor, np.linalg.solve(factor, stiffness).T)
+    return factor, np.asarray((symmetric + symmetric.T) / 2)
 
 
 def operating_point(model: Compiled, values: Mapping[str, Any] | None = None) -> OperatingPoint:
@@ -125,9 +130,8 @@ def _balance(model: Compiled, p: Array, fixed: set[str]) -> None:
 
 def _modal_damping(mass: Array, stiffness: Array, zeta: float) -> Array:
     """C = sum of 2 zeta omega_i (M v_i)(M v_i)^T over the elastic modes v_i with v^T M v = 1; zero for rigid rotation."""
-    factor = np.linalg.cholesky(mass)
-    symmetric = np.linalg.solve(factor, np.linalg.solve(factor, stiffness).T)
-    squares, shapes = np.linalg.eigh((symmetric + symmetric.T) / 2)
+    factor, symmetric = _symmetric_form(mass, stiffness)
+    squares, shapes = np.linalg.eigh(symmetric)
     squares[np.abs(squares) < 1e-12 * np.abs(squares).max()] = 0.0
     left = factor @ shapes
     return np.asarray((left * (2 * zeta * np.sqrt(np.maximum(squares, 0.0)))) @ left.T)

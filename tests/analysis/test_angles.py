@@ -21,9 +21,10 @@ from modelgen import (
     settled_window,
     simulate,
 )
-from modelgen.analysis.angles import angle_channels, angles, referred_ratios, without_line
+from modelgen.analysis.angles import angle_channels, angles, referred_ratios
 from modelgen.analysis.window import Window
 from modelgen.errors import CaseError
+from modelgen.solvers.crosscheck import without_line
 
 DEGREE = np.pi / 180
 

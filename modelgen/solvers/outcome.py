@@ -46,6 +46,18 @@ class Outcome(enum.Enum):
         "stopped at t = {time:.9g} s: the rate of '{state}' (= {value:.6g}) jumps between {low:.6g} and {high:.6g} at every "
         "step, however small; smooth the law that switches there, or model sticking as an event"
     )
+    MAX_EVENTS = (
+        "stopped at t = {time:.9g} s: the budget of {budget:.9g} events is used up (the last was '{event}'); raise max_events, or "
+        "smooth the law that switches there"
+    )
+    ZENO = (
+        "stopped at t = {time:.9g} s: events of '{event}' follow each other ever faster and accumulate there; the model has no "
+        "mode for what comes after (rest, sticking): give it one, or end the run before"
+    )
+    EVENT_CHATTER = (
+        "stopped at t = {time:.9g} s: '{event}' switches forth and back without time passing; the modes on both sides push back "
+        "to the border: model sticking as a mode of its own, or smooth the law"
+    )
     NEWTON_FAILED = (
         "stopped at t = {time:.9g} s: the implicit equations could not be solved even for a step of {step:.3g} s; loosen the "
         "tolerance, or smooth the model where '{state}' = {value:.6g}, rate {rate:.3g}"

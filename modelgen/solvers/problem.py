@@ -18,12 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.errors import CaseError
+from modelgen.lowering.switching import Switching
+from modelgen.solvers.event_log import EventLog
 from modelgen.solvers.outcome import Outcome
 
 Vector = NDArray[np.float64]
 
 RULES = ("smooth", "paper")
 BACKENDS = ("vm", "c", "auto")
+EVENTS = ("auto", "on", "off")
 
 
 def finite_vector(name: str, value: Any, length: int | None = None) -> Vector:
@@ -50,7 +53,8 @@ class InitialValueProblem:
     """x' = f(t, x, p), x(t0) = x0, wanted at ``times``; the run ends at the last of them.
 
     ``rhs`` is a CasADi function (t, x, p) -> x' with dense columns of nx and np entries. ``scale`` (nx, positive, in the unit of
-    each state) is the size that a tolerance refers to. ``times`` [s] increase and start at ``t0`` or later.
+    each state) is the size that a tolerance refers to. ``times`` [s] increase and start at ``t0`` or later. ``switching``: the
+    events to be located, if any; p then holds the flags of its modes.
     Raises CaseError for a wrong shape, an order that does not increase, or a value that is not finite.
 
     >>> t, x, p = ca.SX.sym("t"), ca.SX.sym("x"), ca.SX.sym("p")
@@ -70,6 +74,7 @@ class InitialValueProblem:
     scale: Vector
     t0: float
     times: Vector
+    switching: Switching | None = None
 
     def __post_init__(self) -> None:
         nx, parameters = _shape_of(self.rhs)
@@ -146,7 +151,7 @@ class Budget:
     """What a run may cost and how far it may stray; exceeding it ends the run with a named outcome, never with an error.
 
     ``max_steps`` tried, accepted or not; ``max_seconds`` of wall clock; ``smallest_step`` as a fraction of the horizon;
-    ``bound``: a state further than bound * scale from its start has diverged. The fraction and the bound are meant to catch what
+    ``bound``: a state further than bound * scale from its start has diverged. ``max_events`` located. The fraction and the bound are meant to catch what
     is hopeless, not what is unusual. (CasADi's integrators take steps in chunks; their count is looked at between chunks.)
     """
 
@@ -154,12 +159,14 @@ class Budget:
     max_seconds: float = 600.0
     smallest_step: float = 1e-13
     bound: float = 1e10
+    max_events: int = 1_000_000
 
     def __post_init__(self) -> None:
         for entry in fields(self):
             _positive(f"budget, {entry.name}", getattr(self, entry.name))
-        if not 1 <= self.max_steps == int(self.max_steps):
-            raise CaseError("budget, max_steps", f"is {self.max_steps!r}", "give a whole number")
+        for name in ("max_steps", "max_events"):
+            if not 1 <= getattr(self, name) == int(getattr(self, name)):
+                raise CaseError(f"budget, {name}", f"is {getattr(self, name)!r}", "give a whole number")
         if self.smallest_step >= 1:
             raise CaseError("budget, smallest_step", f"is {self.smallest_step!r}", "it is a fraction of the horizon, below 1")
         if self.bound > 1e150:
@@ -174,7 +181,8 @@ class SolverOptions:
     ``first_step``, ``largest_step`` [s]: by default estimated, and unlimited. ``fixed_step`` [s]: no error control; the run is
     divided into equal steps of at most this size. ``rule``: "smooth", or the paper's halving and doubling.
     ``backend``: CasADi's virtual machine ("vm"), generated C ("c"), or C where there is a compiler ("auto"). ``extrapolate``: add
-    Eq. 31's difference to the result, which raises the order by one. ``progress`` is called with the fraction done, ``cancel``
+    Eq. 31's difference to the result, which raises the order by one. ``events``: "on" locates every change of mode and restarts
+    there, "off" leaves continuous kinks to the error control, "auto" is on where a law jumps. ``progress`` is called with the fraction done, ``cancel``
     returns True to stop; both some twenty times a second.
     """
 
@@ -185,6 +193,7 @@ class SolverOptions:
     rule: str = "smooth"
     backend: str = "vm"
     extrapolate: bool = True
+    events: str = "auto"
     budget: Budget = field(default_factory=Budget)
     progress: Callable[[float], None] | None = None
     cancel: Callable[[], bool] | None = None
@@ -200,6 +209,8 @@ class SolverOptions:
             raise CaseError("solver options, backend", f"is {self.backend!r}", f"known are {', '.join(BACKENDS)}")
         if self.rule not in RULES:
             raise CaseError("solver options, rule", f"is {self.rule!r}", f"known are {', '.join(RULES)}")
+        if self.events not in EVENTS:
+            raise CaseError("solver options, events", f"is {self.events!r}", f"known are {', '.join(EVENTS)}")
         if not isinstance(self.extrapolate, bool):
             raise CaseError("solver options, extrapolate", f"is {self.extrapolate!r}", "give True or False")
         if not isinstance(self.budget, Budget):
@@ -230,3 +241,4 @@ class Trajectory:
     outcome: Outcome
     message: str
     statistics: Statistics
+    events: EventLog | None = None

@@ -22,6 +22,7 @@ from modelgen.cli.limits import limits
 from modelgen.cli.listing import listing
 from modelgen.cli.modal import modal
 from modelgen.cli.new import new
+from modelgen.cli.referee import referee
 from modelgen.cli.run import run
 from modelgen.cli.show import show
 from modelgen.errors import ModelgenError
@@ -57,5 +58,5 @@ def commands() -> None:
     """
 
 
-for command in (run, modal, campbell, forced, limits, compare, crosscheck, new, equivalent, check, listing, show, elements):
+for command in (run, modal, campbell, forced, limits, compare, crosscheck, referee, new, equivalent, check, listing, show, elements):
     commands.add_command(command)

@@ -22,6 +22,7 @@ WRITTEN = (
     *("campbell.csv", "critical_speeds.csv", "campbell.json", "campbell.png"),
     *("forced.csv", "orders.csv", "power.csv", "gears.csv", "forced.json", "forced.png", "power.png", "gears.png"),
     *("limits.csv", "limits.json", "limits.png", "comparison.csv", "comparison.json", "comparison.png"),
+    *("referee.csv", "referee.json", "referee.png"),
 )
 """What modelgen writes; a folder that holds anything else is nobody's to replace."""
 

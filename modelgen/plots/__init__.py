@@ -21,6 +21,7 @@ from modelgen.plots.mesh_curves import GearMeshes, MeshCurves, gear_meshes
 from modelgen.plots.mesh_figures import backlash, fitting_errors, mesh_damping, mesh_stiffness
 from modelgen.plots.mesh_forces import mesh_forces
 from modelgen.plots.modes import plot_modes
+from modelgen.plots.referee import plot_referee
 from modelgen.plots.responses import responses
 from modelgen.plots.saving import save
 from modelgen.plots.sensitivity import energy_shares, plot_sensitivities
@@ -46,6 +47,7 @@ __all__ = [
     "plot_hammer",
     "plot_limits",
     "plot_modes",
+    "plot_referee",
     "plot_sensitivities",
     "plot_solution",
     "responses",

@@ -13,16 +13,21 @@ __version__ = "0.1.0"
 
 _HOME = {
     "model": (
-        "BaseFrequency Choice Clock Derived Driveline Element Flange Guard NamedParameter Orders Param PeriodicTable Shared "
-        "State harmonic_rows quantity"
+        "BaseFrequency Choice Clock Derived Driveline Element Flange Guard Modes Multiplier NamedParameter Orders Param "
+        "PeriodicTable Shared State harmonic_rows quantity"
     ),
     "model.files": "read_model write_model",
     "drivelines": "catalogue load",
-    "elements": "GearPair GroundDamper GroundSpring HarmonicTorque Inertia RigidGear Shaft SteppedTorque",
+    "elements": (
+        "Brake ElasticStop GearPair GroundDamper GroundSpring HardStop HarmonicTorque Inertia RigidGear Shaft SteppedTorque"
+    ),
     "equations": "Equations assemble system",
-    "lowering": "Compiled lower",
+    "lowering": "Compiled Section lower",
     "solvers": "SOLVERS Case Outcome Solution crosscheck operating_point simulate",
-    "analysis": "angles campbell forced gear_hammer modal phase_vectors sensitivities settled_window",
+    "analysis": (
+        "angles bifurcation campbell classify forced frequency_sweep gear_hammer lyapunov_exponents modal "
+        "operating_map periodic_orbit phase_vectors poincare sensitivities settled_window sweep"
+    ),
     "plots": "draw plot save",
     "errors": "BalanceError CaseError LoweringError ModelError ModelFileError ModelgenError NamingError UnitError",
 }

@@ -14,7 +14,7 @@ from typing import Any
 import sympy
 
 from modelgen.gears import mesh_stiffness_rows
-from modelgen.model import Choice, Clock, Derived, Element, Flange, Orders, Param, PeriodicTable, harmonic_rows, quantity
+from modelgen.model import Choice, Clock, Derived, Element, Flange, Modes, Orders, Param, PeriodicTable, harmonic_rows, quantity
 from modelgen.model.declarations import UNIT_AREA, FlangeSymbols
 
 FOURIER, TABLE, RECTANGULAR, GEOMETRY = ({"mesh": form} for form in ("fourier", "table", "rectangular", "geometry"))
@@ -43,6 +43,7 @@ class GearPair(Element):
     period joined by straight lines (``table``), two levels (``rectangular``), or rows that follow from the teeth (``geometry``).
     Mesh damping: ``corrected`` c = 2 xi sqrt(k m_e), m_e = J_a J_b / (J_a r_b^2 + J_b r_a^2); ``literal`` as the paper prints it.
     Its viscous part acts always, or with ``viscous="contact_only"`` in contact only and without pulling the flanks together.
+    Modes ``flank``: the driving flanks touch (``drive``), the back ones (``coast``), or none (``free``).
     """
 
     sense = -1
@@ -93,6 +94,9 @@ class GearPair(Element):
     error_amplitude = Param("m", default=0.0, doc="e_r of e(t) = e0 + e_r sin(w_m t + phase)")
     error_phase = Param("rad", default=0.0, doc="phase of the mesh error")
     half_backlash = Param("m", default=0.0, nonnegative=True, doc="b, half the backlash along the line of action")
+
+    # The force of flanks that meet with a damper between them begins with a jump; without it the law has a kink only.
+    flank = Modes("free", "drive", "coast", continuous={"viscous": "always"}, doc="which flanks touch")
 
     @quantity("m")
     def radius_a(self) -> Any:
@@ -183,18 +187,30 @@ class GearPair(Element):
     def penetration(self) -> Any:
         """Backlash function f(delta): how far the flanks are pressed into each other."""
         delta, gap = self.deflection, self.half_backlash
-        # The border belongs to the contact: without backlash the slope at rest is that of the mesh, not of a gap of no width.
-        return sympy.Piecewise((delta - gap, delta >= gap), (delta + gap, delta <= -gap), (0, True))
+        if self.viscous == "contact_only":
+            # Flanks that part with the force that has come to zero are pressed into each other still, and swing back freely.
+            return sympy.Piecewise((delta - gap, delta >= gap), (delta + gap, delta <= -gap), (0, True))
+        return self.flank.drive * (delta - gap) + self.flank.coast * (delta + gap)
+
+    def _contact_force(self, penetration: Any) -> Any:
+        return self.mesh_stiffness * penetration + self.mesh_damping * self.deflection_rate
 
     @quantity("N")
     def force(self) -> Any:
         """Mesh force along the line of action, positive on the driving flank."""
-        elastic, viscous = self.mesh_stiffness * self.penetration, self.mesh_damping * self.deflection_rate
         if self.viscous == "always":
-            return elastic + viscous
-        delta, gap, both = self.deflection, self.half_backlash, elastic + viscous
-        pushing, pulling = sympy.And(delta >= gap, both >= 0), sympy.And(delta <= -gap, both <= 0)
-        return sympy.Piecewise((both, sympy.Or(pushing, pulling)), (0, True))
+            return self._contact_force(self.penetration)
+        delta, gap = self.deflection, self.half_backlash
+        return self.flank.drive * self._contact_force(delta - gap) + self.flank.coast * self._contact_force(delta + gap)
+
+    def regions(self) -> Mapping[sympy.Symbol, Any]:
+        # The border belongs to the contact: without backlash the slope at rest is that of the mesh, not of a gap of no width.
+        drive, coast = self.deflection - self.half_backlash, -self.deflection - self.half_backlash
+        if self.viscous == "contact_only":
+            # Flanks touch and push: the lesser of both is the depth, or the force per stiffness where the damper would pull.
+            pull = self.mesh_damping * self.deflection_rate / self.mesh_stiffness
+            drive, coast = drive + sympy.Min(0, pull), coast + sympy.Min(0, -pull)
+        return {self.flank.drive: drive, self.flank.coast: coast}
 
     def torques(self) -> Mapping[FlangeSymbols, Any]:
         return {self.a: -self.radius_a * self.force, self.b: self.radius_b * self.force}

@@ -82,8 +82,9 @@ def assemble(line: Driveline) -> Equations:
         drifts=line.drifts,
         constraints=nodes.constraints,
         guards=tuple((part.name, guard) for part in parts for guard in part.template.guards),
-        modes={},
+        modes={f"{part.name}.{modes.name}": modes.values for part in parts for modes in part.template.modes},
         assemblies=dict(line.assemblies),
+        source=line,
     )
 
 

@@ -13,7 +13,7 @@ from typing import Any
 import sympy
 
 from modelgen.errors import ModelError, NamingError
-from modelgen.model import Clock, Derived, Element, Flange, Param, State, quantity
+from modelgen.model import Clock, Derived, Element, Flange, Modes, Multiplier, Param, State, quantity
 from modelgen.model.declarations import TIME, UNIT_CONSTANTS
 from modelgen.units import Dimension, dimension_of
 
@@ -29,6 +29,8 @@ class ElementSymbols:
         self.states = element.declared(State)
         self.clocks = {name: clock.symbols for name, clock in element.declared(Clock).items()}
         self.quantities = element.declared(quantity)
+        self.modes = {name: modes for name, modes in element.declared(Modes).items() if modes.exists(element.choices)}
+        self.multipliers = element.declared(Multiplier)
         self._params = {k: p for k, p in element.declared(Param).items() if p.exists(element.choices)}
         self._derived = {k: d for k, d in element.declared(Derived).items() if d.exists(element.choices)}
 
@@ -55,6 +57,16 @@ class ElementSymbols:
         return {*self.angles, *self.speeds}
 
     @functools.cached_property
+    def flags(self) -> dict[sympy.Symbol, tuple[str, str]]:
+        """Variable and mode of every flag."""
+        return {symbol: (name, value) for name, modes in self.modes.items() for value, symbol in modes.symbols.symbols.items()}
+
+    @property
+    def switched(self) -> set[sympy.Symbol]:
+        """Flags and multipliers: what a law may use, but no region."""
+        return {*self.flags, *(each.symbol for each in self.multipliers.values())}
+
+    @functools.cached_property
     def dimensions(self) -> dict[sympy.Symbol, Dimension]:
         """Dimension of every symbol that a law may use. Raises NamingError where two things share a symbol."""
         units: list[tuple[sympy.Symbol, str]] = [(TIME, "s"), *UNIT_CONSTANTS.items()]
@@ -67,6 +79,7 @@ class ElementSymbols:
             units += [(symbol, unit) for symbol in symbols]
         units += [(state.symbol, state.unit) for state in self.states.values()]
         units += [(named.symbol, named.unit) for named in self.quantities.values()]
+        units += [(flag, "1") for flag in self.flags] + [(each.symbol, each.unit) for each in self.multipliers.values()]
         twice = [symbol.name for index, (symbol, _) in enumerate(units) if symbol in {other for other, _ in units[:index]}]
         if twice:
             raise NamingError(self.where, f"declares two things that its laws both call {twice[0]!r}", "rename one of them")

@@ -237,6 +237,7 @@ class _Document:
         yield Formulas(
             tuple(f"{law.symbols[state].dotted()} &= {typeset(rate)}" for state, rate in law.template.law["rates"].items())
         )
+        yield from law.modes(typeset)
         if outputs := law.template.law["definitions"]:
             yield Paragraph("with the outputs")
             yield Formulas(tuple(f"{plain_notation(name)} &= {typeset(each)}" for name, each in outputs.items()))

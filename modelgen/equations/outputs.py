@@ -1,4 +1,4 @@
-"""Output channels: the named quantities of every element, motions of the inertias, energies and powers, and their totals.
+"""Output channels: named quantities and modes of every element, motions of the inertias, energies and powers, and totals.
 
 Part of the grammar; the lowering computes them by these names.
 """
@@ -24,6 +24,7 @@ def list_outputs(parts: Sequence[Part]) -> tuple[Output, ...]:
 def _channels(part: Part) -> list[tuple[str, str]]:
     template = part.template
     channels = [(each.name, each.unit) for each in template.definitions if not each.hidden]
+    channels += [(modes.name, "1") for modes in template.modes]
     if template.constraints:
         channels.append(("torque", "N*m"))
     if template.mass and len(template.flanges) == 1:

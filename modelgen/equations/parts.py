@@ -72,5 +72,8 @@ def _names_in_laws(template: Template) -> set[str]:
     laws: list[sympy.Expr] = [each.expression for each in template.definitions]
     laws += [*template.torques.values(), *template.rates.values()]
     laws += [template.stored_energy, template.dissipated_power, template.supplied_power]
+    laws += [region for modes in template.modes for region in modes.regions.values()] + [hold.speed for hold in template.holds]
+    for guard in template.guards:
+        laws += [guard.expression, *(law for reset in guard.resets for law in (reset.present, reset.value))]
     names = {symbol.name for law in laws for symbol in law.free_symbols}
     return names | {f"{harmonic.clock}.angle" for harmonic in template.harmonics}

@@ -6,14 +6,17 @@ dimensionless gear pair), and those are no drivelines. ``system`` makes one temp
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NoReturn, TypeAlias
 
 import sympy
 from sympy.core.function import AppliedUndef
 
+from modelgen.equations.discrete_modes import WrittenModes, case_by_case
+from modelgen.equations.plain_modes import PlainSymbols, declared_modes, read_plain_modes
 from modelgen.equations.records import Definition, Equations, Instance, Output, Parameter, StateVariable, Template
 from modelgen.errors import ModelError, NamingError, UnitError, nearest
+from modelgen.model import Guard, Modes
 from modelgen.model.declarations import TIME
 from modelgen.model.expressions import read_expression
 from modelgen.model.names import identifier, model_name
@@ -32,6 +35,9 @@ def system(
     *,
     units: Mapping[Name, str] | None = None,
     scales: Mapping[Name, float] | None = None,
+    modes: Mapping[Name, Modes | Sequence[str]] | None = None,
+    regions: Mapping[Name, Any] | None = None,
+    guards: Sequence[Guard] = (),
     description: str = "",
 ) -> Equations:
     """Equations of x' = f(t, x, p), with plain names.
@@ -43,6 +49,10 @@ def system(
     dimensionless equations need none. ``scales`` are the sizes that tolerances refer to, else they are worked out per case. A
     parameter whose symbol is declared positive, nonnegative or an integer stays so.
 
+    ``modes`` name discrete modes, as in ``{"phase": ("rest", "slip")}``; in expressions ``phase.slip`` is 1 where that mode holds
+    and 0 elsewhere. ``regions`` say where one holds, ``{"phase.slip": "x - 1"}`` where x >= 1, or ``guards`` what leads from one
+    to another. A guard without modes may reset states, end the run, or only be noted.
+
     Raises NamingError, UnitError or ModelError for what cannot be a system.
 
     >>> from modelgen import lower
@@ -51,12 +61,19 @@ def system(
     >>> model = lower(van_der_pol)
     >>> model.rhs(0.0, [2.0, 1.0], model.parameters.vector()).tolist()
     [1.0, -17.0]
+    >>> bounce = Guard("bounce", "h", direction=-1, reset={"v": "-0.9*v"})
+    >>> ball = lower(system({"h": 1.0, "v": 0.0}, {"h": "v", "v": -9.81}, guards=[bounce], name="ball"))
+    >>> ball.switching.resets(0.0, [0.0, -2.0], []).full().ravel().tolist()
+    [0.0, 1.8]
     """
-    return _System(name, states, rates, parameters or {}, outputs or {}, units or {}, scales or {}).equations(description)
+    whole = _System(name, states, rates, parameters or {}, outputs or {}, units or {}, scales or {}, modes or {})
+    return whole.equations(description, {} if regions is None else regions, guards)
 
 
 class _System:
-    def __init__(self, name: str, states: Any, rates: Any, parameters: Any, outputs: Any, units: Any, scales: Any) -> None:
+    def __init__(
+        self, name: str, states: Any, rates: Any, parameters: Any, outputs: Any, units: Any, scales: Any, modes: Any
+    ) -> None:
         self.name, self.where = model_name(name, KIND), f"system {name!r}"
         self.states = self._named(states, "state")
         self.rates = self._named(rates, "rate")
@@ -64,11 +81,13 @@ class _System:
         self.formulas = self._named(outputs, "output")
         self.units = self._named(units, "unit")
         self.scales = self._named(scales, "scale")
+        self.modes = declared_modes(modes, self.where)
         self._check_names()
         symbols = [key for table in (states, rates, parameters) for key in table if isinstance(key, sympy.Symbol)]
         written = [each for each in (*self.rates.values(), *self.formulas.values()) if isinstance(each, sympy.Basic)]
         self.met = [*symbols, *(symbol for each in written for symbol in each.free_symbols)]
         self.symbols = {name: sympy.Symbol(name, real=True) for name in (*self.states, *self.given)}
+        self.flags = {flag.name: flag for declared in self.modes.values() for flag in declared.symbols}
 
     def _refuse(self, problem: str, remedy: str) -> NoReturn:
         raise ModelError(self.where, problem, remedy)
@@ -89,7 +108,7 @@ class _System:
         if not self.states:
             self._refuse("has no states", "give at least one state with its start")
         taken: dict[str, str] = {TIME.name: "time", "time": "time"}
-        for kind, table in (("state", self.states), ("parameter", self.given), ("output", self.formulas)):
+        for kind, table in (("state", self.states), ("parameter", self.given), ("output", self.formulas), ("mode", self.modes)):
             for name in table:
                 if name in taken:
                     what = "stands for time" if taken[name] == "time" else f"is a {taken[name]} already"
@@ -127,7 +146,7 @@ class _System:
             raise UnitError(where, f"{value!r} is not a number", "give a number or a text with a unit") from None
 
     def _expression(self, value: Any, what: str) -> sympy.Expr:
-        known = {**self.symbols, TIME.name: TIME}
+        known = {**self.symbols, **self.flags, TIME.name: TIME}
         where = f"{self.where}, {what}"
         if isinstance(value, str):
             return read_expression(value, known, where)
@@ -156,7 +175,7 @@ class _System:
 
     # -- the record ------------------------------------------------------------------------------------------------------------
 
-    def equations(self, description: str) -> Equations:
+    def equations(self, description: str, regions: Any, guards: Any) -> Equations:
         parameters, variables, outputs, definitions = [], [], [], []
         for key, value in self.given.items():
             number, unit = self._number(key, value, "parameter")
@@ -178,14 +197,17 @@ class _System:
             dimension_of(unit)
             symbol = sympy.Symbol(key, real=True)
             definitions.append(Definition(key, symbol, self._expression(value, f"output {key!r}"), unit, "state"))
-        outputs = [Output(each.name, each.unit) for each in definitions]
-        template = self._template(parameters, variables, rates, definitions)
+        outputs = [Output(each.name, each.unit) for each in definitions] + [Output(name, "1") for name in self.modes]
+        own, constants = ({key: self.symbols[key] for key in table} for table in (self.states, self.given))
+        speaker = PlainSymbols(self.where, self.modes, own, constants.values(), self._expression, regions, guards)
+        template = self._template(parameters, variables, rates, definitions, read_plain_modes(speaker))
         instance = Instance("", 0, {s: s for s in self.symbols.values()}, {}, {}, (), tuple(range(len(variables))))
         return Equations(
             name=self.name, description=description, templates=(template,), instances=(instance,), parameters=tuple(parameters),
             derived=(), nodes=(), groups=(), grounded=(), ratios=(), mean_speeds=(), forms=(), steps=(), clocks=(),
             states=tuple(variables), outputs=tuple(outputs), rigid=(), reference=None, speed=None, modal_ratio=None,
-            balanced=(), drifts=False, modes={}, assemblies={},
+            balanced=(), drifts=False, modes={m.name: m.values for m in template.modes},
+            guards=tuple(("", guard) for guard in template.guards), assemblies={},
         )  # fmt: skip
 
     def _scale(self, name: str) -> float | None:
@@ -197,16 +219,25 @@ class _System:
         return float(value)
 
     def _template(
-        self, parameters: Iterable[Parameter], states: Iterable[StateVariable], rates: Any, definitions: Any
+        self,
+        parameters: Iterable[Parameter],
+        states: Iterable[StateVariable],
+        rates: Mapping[sympy.Symbol, sympy.Expr],
+        definitions: Iterable[Definition],
+        switching: WrittenModes,
     ) -> Template:
-        zero = sympy.Integer(0)
-        written = {d.name: d.expression for d in definitions if d.name in self.formulas}
+        zero, constants = sympy.Integer(0), [self.symbols[key] for key in self.given]
+
+        def cases(expression: sympy.Expr) -> sympy.Basic:
+            return case_by_case(expression, switching.modes, constants)
+
         law: dict[str, Any] = {
-            "definitions": written,
+            "definitions": {d.name: cases(d.expression) for d in definitions if d.name in self.formulas},
             "torques": {},
             "inertias": {},
-            "rates": dict(rates),
+            "rates": {symbol: cases(rate) for symbol, rate in rates.items()},
             "kinetic_energy": None,
+            "modes": switching,
         }
         law.update(stored_energy=zero, dissipated_power=zero, supplied_power=zero)
         return Template(
@@ -228,7 +259,8 @@ class _System:
             dissipated_power=zero,
             supplied_power=zero,
             modal_ratio=None,
-            guards=(),
+            guards=switching.guards,
             sense=1,
             law=law,
+            modes=switching.modes,
         )

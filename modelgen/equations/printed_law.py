@@ -12,9 +12,10 @@ import sympy
 
 from modelgen.equations.document import Block, Formulas, Heading, Paragraph, Quoted, Table, number, unit
 from modelgen.equations.notation import Notation, bare_symbol, notation, plain_notation, upright
+from modelgen.equations.printed_modes import mode_blocks
 from modelgen.equations.records import DerivedParameter, Equations, Instance, Parameter, Template
 from modelgen.equations.typesetting import Typesetter
-from modelgen.model import Clock, Derived, Element, Param, State, quantity
+from modelgen.model import Clock, Derived, Element, Multiplier, Param, State, quantity
 from modelgen.model.declarations import TIME, UNIT_CONSTANTS
 
 WIDEST = 5
@@ -32,7 +33,7 @@ class PrintedLaw:
         self.template: Template = equations.templates[index]
         self.instances = [instance for instance in equations.instances if instance.template == index]
         kind = Element.vocabulary.get(self.template.kind)
-        known = (Param, Derived, quantity, State, Clock)
+        known = (Param, Derived, quantity, State, Clock, Multiplier)
         self.declared = {} if kind is None else {key: each for of in known for key, each in kind.declared(of).items()}
         self.owner: dict[sympy.Symbol, Parameter | DerivedParameter] = {}
         self.owner.update({symbol: parameter for parameter in equations.parameters for symbol in parameter.symbols})
@@ -89,6 +90,10 @@ class PrintedLaw:
             found.update(
                 {sympy.Symbol(f"{flange}.{part}", real=True): self._at(Notation(letter), flange) for flange in t.flanges}
             )
+        found.update({symbol: self._unlike(symbol.name, found) for symbol in t.multipliers})
+        for modes in t.modes:
+            # A condition of a case: "if stick"; nowhere else does a flag stay in a printed law.
+            found.update(zip(modes.symbols, (Notation(upright(value)) for value in modes.values), strict=True))
         found[TIME] = Notation("t")
         return found
 
@@ -128,6 +133,7 @@ class PrintedLaw:
             yield Formulas(tuple(rows))
         if typeset.notes:
             yield Paragraph("with " + "; ".join(f"${note}$" for note in typeset.notes))
+        yield from self.modes(typeset)
         if self.template.law["kinetic_energy"] is not None:
             yield Paragraph("Inertia and torque follow from the kinetic energy by Lagrange's equations.")
         for (f, g), inertia in self.template.mass.items():
@@ -141,6 +147,11 @@ class PrintedLaw:
         elif rows and meanings:
             yield Table(("symbol", "name", "unit", "meaning"), meanings)
         yield from self._elements()
+
+    def modes(self, typeset: Typesetter) -> Iterator[Block]:
+        """What the law says of its modes."""
+        constants = [symbol for _, symbols in self.template.parameters for symbol in symbols]
+        yield from mode_blocks(self.template.law["modes"], typeset, constants)
 
     def _rows(self, typeset: Typesetter) -> tuple[list[str], set[sympy.Symbol]]:
         """The equations of the law, aligned, and the symbols in them."""
@@ -174,6 +185,7 @@ class PrintedLaw:
         for name, left in POWERS.items():
             if t.law[name] != 0:
                 add(left, t.law[name])
+        used |= t.law["modes"].symbols()
         return rows, used
 
     def _meanings(self, used: set[sympy.Symbol]) -> tuple[tuple[str, ...], ...]:
@@ -198,6 +210,9 @@ class PrintedLaw:
             add(self.symbols[sympy.Symbol(name, real=True)], name, units[name], self._meaning(name))
         for name, symbol, of, *_ in t.states:
             add(self.symbols[symbol], name, of, self._meaning(name))
+        for symbol in t.multipliers:
+            of = getattr(self.declared.get(symbol.name), "unit", "1")
+            add(self.symbols[symbol], symbol.name, of, self._meaning(symbol.name))
         return tuple(rows)
 
     def _meaning(self, name: str) -> str:

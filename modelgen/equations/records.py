@@ -7,12 +7,13 @@ of the driveline these are. Nothing here is numeric; ``modelgen.lowering`` turns
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import sympy
 
-from modelgen.model import Guard
+from modelgen.equations.mode_records import DiscreteModes, Hold, Transition
+from modelgen.model import Driveline
 
 
 @dataclass(frozen=True)
@@ -72,10 +73,13 @@ class Template:
     dissipated_power: sympy.Expr
     supplied_power: sympy.Expr
     modal_ratio: str | None
-    guards: tuple[Guard, ...]
+    guards: tuple[Transition, ...]
     sense: int
     law: Mapping[str, Any]
-    """The expressions as the element wrote them, for printing and for proofs: definitions, torques, energies."""
+    """The expressions as the element wrote them, case by case, for printing and for proofs: definitions, torques, energies."""
+    modes: tuple[DiscreteModes, ...] = ()
+    multipliers: tuple[sympy.Symbol, ...] = ()
+    holds: tuple[Hold, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -212,9 +216,10 @@ class Equations:
     inputs: tuple[str, ...] = ()
     tables: tuple[str, ...] = ()
     constraints: tuple[Mapping[int, sympy.Expr], ...] = ()
-    modes: Mapping[str, tuple[str, ...]] = ()  # type: ignore[assignment]  # empty until elements have discrete modes
-    guards: tuple[tuple[str, Guard], ...] = ()
+    modes: Mapping[str, tuple[str, ...]] = ()  # type: ignore[assignment]  # empty where no element has modes
+    guards: tuple[tuple[str, Transition], ...] = ()
     assemblies: Mapping[str, tuple[str, ...]] = ()  # type: ignore[assignment]  # empty for a flat driveline
+    source: Driveline | None = field(default=None, compare=False, repr=False)  # what it was assembled from, if from a driveline
 
     def latex(self) -> str:
         """The equations as a LaTeX fragment for a report; plain text."""

@@ -19,7 +19,10 @@ from modelgen.model.declarations import TIME
 from modelgen.units import NUMBER
 
 Key = tuple[str, ...]
-"""Which law of an element: ("definition", name), ("torque", flange), ("rate", state), ("mass", flange, flange), or a power."""
+"""Which law of an element: ("definition", name), ("torque", flange), ("rate", state), ("mass", flange, flange), or a power.
+
+Those of its modes: ("region", variable, mode), ("guard", name), ("present" or "reset", guard, row), ("hold", multiplier).
+"""
 Laws = Mapping[Key, sympy.Expr]
 Coefficients = dict[str, sympy.Expr]
 

@@ -156,6 +156,8 @@ class FlatEquations:
         for index, (_, symbol, *_) in zip(instance.states, template.states, strict=True):
             table[symbol] = self.own[index]
         prefix = f"{instance.name}." if instance.name else ""
+        switched = [*template.multipliers, *(flag for modes in template.modes for flag in modes.symbols)]
+        table.update({symbol: sympy.Symbol(prefix + symbol.name, real=True) for symbol in switched})
         table.update(
             {sympy.Symbol(name, real=True): sympy.Symbol(prefix + name, real=True) for name in template.law["definitions"]}
         )

@@ -13,6 +13,7 @@ from typing import Any
 import sympy
 
 from modelgen.equations.dimensions import DimensionCheck
+from modelgen.equations.discrete_modes import ModeReader, WrittenModes, case_by_case
 from modelgen.equations.element_symbols import ElementSymbols
 from modelgen.equations.records import Template
 from modelgen.equations.relative_angles import Key, combination_of_angles, constant_definitions, relate
@@ -36,12 +37,12 @@ def build_template(element: Element) -> Template:
     symbols = ElementSymbols(element)
     written = _written_laws(symbols)
     _check_units(symbols, written)
-    laws = written.by_key()
+    laws = {**written.by_key(), **written.modes.by_key()}
     fixed = constant_definitions(symbols, laws)
     laws, relatives, absolute_angles = relate(symbols, laws, fixed)
     laws, harmonics = share_harmonics(symbols, laws)
     laws, definitions = set_time_apart(symbols, laws)
-    guards = tuple(element.guards())
+    switching = written.modes.rewritten(laws, fixed)
     return Template(
         kind=element.kind,
         title=type(element).__name__,
@@ -59,9 +60,12 @@ def build_template(element: Element) -> Template:
         constraints=tuple(combination_of_angles(symbols, each, fixed) for each in written.constraints),
         rates={symbol: laws["rate", symbol.name] for symbol in written.rates},
         **{power: laws[power,] for power in POWERS},
-        guards=guards,
+        guards=switching.guards,
         sense=element.sense,
         law=written.printed,
+        modes=switching.modes,
+        multipliers=tuple(each.symbol for each in symbols.multipliers.values()),
+        holds=switching.holds,
     )
 
 
@@ -75,6 +79,7 @@ class _WrittenLaws:
     constraints: list[sympy.Expr]
     rates: dict[sympy.Symbol, sympy.Expr]
     powers: Expressions
+    modes: WrittenModes
     printed: dict[str, Any]
 
     def by_key(self) -> dict[Key, sympy.Expr]:
@@ -106,9 +111,13 @@ def _written_laws(symbols: ElementSymbols) -> _WrittenLaws:
     if set(rates) != {state.symbol for state in symbols.states.values()}:
         raise ModelError(symbols.where, "has own states without a rate, or rates without a state", "give one rate per State")
     powers = {power: read(getattr(element, power)(), power) for power in POWERS}
-    printed = {"definitions": definitions, "torques": dict(torques), "inertias": inertias, "rates": rates, **powers}
-    printed["kinetic_energy"] = kinetic
-    return _WrittenLaws(definitions, torques, mass, constraints, rates, powers, printed)
+    modes = ModeReader(symbols, definitions).read()
+    cases = {
+        kind: {key: case_by_case(law, modes.modes, symbols.constants) for key, law in laws.items()}
+        for kind, laws in (("definitions", definitions), ("torques", torques), ("rates", rates), ("powers", powers))
+    }
+    printed = {**cases, **cases.pop("powers"), "inertias": inertias, "kinetic_energy": kinetic, "modes": modes}
+    return _WrittenLaws(definitions, torques, mass, constraints, rates, powers, modes, printed)
 
 
 def _in_order_of_use(symbols: ElementSymbols, definitions: Expressions) -> Expressions:

@@ -15,6 +15,9 @@ from modelgen.equations.records import Definition, Harmonic
 from modelgen.equations.relative_angles import Key, Laws, definitions_in
 from modelgen.model.declarations import TIME
 
+WHOLE = ("region", "guard", "present", "reset", "hold")
+"""Laws of the switching: they are looked at by themselves, and never averaged over time."""
+
 
 def share_harmonics(symbols: ElementSymbols, laws: Laws) -> tuple[dict[Key, sympy.Expr], tuple[Harmonic, ...]]:
     """The laws with symbols for sin(n * clock angle) and cos(n * clock angle), and what these symbols stand for."""
@@ -44,7 +47,8 @@ def set_time_apart(symbols: ElementSymbols, laws: Laws) -> tuple[dict[Key, sympy
             mean = symbols.read(named.mean(symbols.element), f"mean of {name}")
         stages.define(Definition(name, named.symbol, expression, named.unit, stage, mean))
     others = {key: law for key, law in laws.items() if key[0] != "definition"}
-    return {key: stages.split(law, "_".join(key) + "_time") for key, law in others.items()}, tuple(stages.definitions)
+    parted = {key: law if key[0] in WHOLE else stages.split(law, "_".join(key) + "_time") for key, law in others.items()}
+    return parted, tuple(stages.definitions)
 
 
 class _Stages:
@@ -52,7 +56,7 @@ class _Stages:
 
     def __init__(self, symbols: ElementSymbols, laws: Iterable[sympy.Expr]) -> None:
         self.definitions: list[Definition] = []
-        self.stated = symbols.motion | {state.symbol for state in symbols.states.values()}
+        self.stated = symbols.motion | symbols.switched | {state.symbol for state in symbols.states.values()}
         of_clocks = {s for law in laws for s in law.free_symbols if "." in s.name and s.name.split(".")[0] in symbols.clocks}
         self.timed = {TIME, *of_clocks, *(clock.angle for clock in symbols.clocks.values())}
         self.timed -= {clock.frequency for clock in symbols.clocks.values()}

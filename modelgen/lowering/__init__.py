@@ -2,5 +2,6 @@
 
 from modelgen.lowering.compiled import Compiled
 from modelgen.lowering.lower import lower
+from modelgen.lowering.switching import Section
 
-__all__ = ["Compiled", "lower"]
+__all__ = ["Compiled", "Section", "lower"]

@@ -27,13 +27,17 @@ class Slots:
     inertias: tuple[sympy.Symbol, ...]
     clocks: tuple[sympy.Symbol, ...]
     motion: tuple[sympy.Symbol, ...]
+    flags: tuple[sympy.Symbol, ...]
+    multipliers: tuple[sympy.Symbol, ...]
 
 
 class Block:
     """The three stages of one template.
 
-    ``fixed(parameters, inertias)``, ``timed(..., fixed, clocks)``, ``state(..., fixed, timed, clocks, motion)`` return the
-    values of the definitions of their stage; the last one also torques, mass terms, rates and energies.
+    ``fixed(parameters, inertias)``, ``timed(..., fixed, clocks)``, ``state(..., fixed, timed, clocks, motion, flags,
+    multipliers)`` return the values of the definitions of their stage; the last one also torques, mass terms, rates and energies.
+    Of the arguments of ``state``, ``regions`` takes those without flags and multipliers and gives the expressions of all regions;
+    ``events`` takes all, and gives guards, what resets set as it is, its values after, and held speeds.
     """
 
     def __init__(self, template: Template) -> None:
@@ -43,7 +47,9 @@ class Block:
         self.explicit_mean = tuple(d.mean is not None for d in stages["time"])
         self.slots = _slots(template)
         table: Table = {}
-        parameters, inertias, clocks, motion = (_vector(name, symbols, table) for name, symbols in vars(self.slots).items())
+        parameters, inertias, clocks, motion, flags, multipliers = (
+            _vector(name, symbols, table) for name, symbols in vars(self.slots).items()
+        )
 
         given = [parameters, inertias]
         fixed = self._values(stages["parameter"], table)
@@ -54,7 +60,8 @@ class Block:
         given = [*given, clocks]
         timed = self._values(stages["time"], table)
         self.timed = ca.Function("timed", given, [timed])
-        given = [*given, _vector("timed", [d.symbol for d in stages["time"]], table), motion]
+        seen = [*given, _vector("timed", [d.symbol for d in stages["time"]], table), motion]
+        given = [*seen, flags, multipliers]
         t = template
         results = [
             self._values(stages["state"], table),
@@ -64,6 +71,16 @@ class Block:
             self._column(t.mass.values(), table),
         ]
         self.state = ca.Function("state", given, results)
+        # Regions see no flag, so theirs is a function of the motion alone.
+        self.regions = ca.Function("regions", seen, [self._column([x for m in t.modes for x in m.regions.values()], table)])
+        resets = [reset for guard in t.guards for reset in guard.resets]
+        columns = (
+            [guard.expression for guard in t.guards],
+            [reset.present for reset in resets],
+            [reset.value for reset in resets],
+            [hold.speed for hold in t.holds],
+        )
+        self.events = ca.Function("events", given, [self._column(column, table) for column in columns])
 
     def _visit(self, expression: sympy.Expr, table: Table) -> ca.SX:
         return Visitor(table, self.template.kind)(expression)
@@ -93,6 +110,8 @@ def _slots(template: Template) -> Slots:
         inertias=tuple(sympy.Symbol(f"{flange}.inertia", positive=True) for flange in template.flanges),
         clocks=tuple(clocks),
         motion=tuple(motion),
+        flags=tuple(symbol for modes in template.modes for symbol in modes.symbols),
+        multipliers=template.multipliers,
     )
 
 

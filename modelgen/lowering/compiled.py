@@ -9,7 +9,7 @@ from __future__ import annotations
 import functools
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
@@ -18,10 +18,11 @@ import numpy as np
 from modelgen.equations.records import Equations
 from modelgen.errors import CaseError, nearest
 from modelgen.lowering.parameters import ParameterTable
+from modelgen.lowering.sampling import sampled
+from modelgen.lowering.switched import SwitchedModel, SwitchingParts, switched_model
+from modelgen.lowering.switching import Crossing, Section, Switching
 
 Vector = Sequence[float] | np.ndarray
-BLOCK = 256
-"""Instants whose channels are evaluated by one call."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +33,9 @@ class Compiled:
     equilibrium and linearization: torque(angle, speed, own, p, w), linear(...) -> M, C, K, elements(...) -> torque on every
     flange and mass terms, outputs(...), timed(clock angles, t, p) -> w, means(p) -> values and flags, completed(p) -> p with its
     expressions, angles(x, p), coordinates(angle, speed, own, p), frequencies(p), node_ratios(p), ratios(p).
+
+    All these find discrete modes by comparison. ``switched`` gives the same model with modes as flags at the tail of p, for
+    solvers that locate events; ``switching_parts`` builds it when it is first asked for.
     """
 
     equations: Equations
@@ -41,6 +45,7 @@ class Compiled:
     outputs: tuple[str, ...]
     units: tuple[str, ...]
     mean_model: Mapping[str, ca.Function]
+    switching_parts: Callable[[], SwitchingParts]
 
     @property
     def name(self) -> str:
@@ -64,6 +69,51 @@ class Compiled:
         """CasADi function (t, x, p) -> all output channels."""
         e = self.expressions
         return ca.Function("outputs", [e["t"], e["x"], e["p"]], [ca.densify(e["outputs"])], ["t", "x", "p"], ["outputs"])
+
+    @functools.cached_property
+    def switching(self) -> Switching | None:
+        """The modes and guards of the model; None where it has none."""
+        switched = self.switched()
+        return None if switched is None else switched.switching
+
+    def switched(self, sections: Sequence[Section] = ()) -> SwitchedModel | None:
+        """The model with its modes as flags, and with sections as further crossings; None where there is neither.
+
+        Raises CaseError for an unknown channel. Sections that differ in their values alone build nothing anew.
+        """
+        if not (self.equations.modes or self.equations.guards or sections):
+            return None
+        key = tuple((each.channel, each.direction, each.stop) for each in sections)
+        if key not in self._models:
+            self._models[key] = self._with_sections(key)
+        model = self._models[key]
+        tail = model.tail.copy()
+        tail[len(tail) - len(sections) :] = [each.value for each in sections]
+        return replace(model, tail=tail)
+
+    @functools.cached_property
+    def _models(self) -> dict[tuple[tuple[str, int, bool], ...], SwitchedModel]:
+        """What has been built, by the sections in it but for their values."""
+        return {}
+
+    def _with_sections(self, sections: tuple[tuple[str, int, bool], ...]) -> SwitchedModel:
+        rows = [self.output_index(channel) for channel, _, _ in sections]
+        crossings = [Crossing(f"section {channel}", direction, stops=stop) for channel, direction, stop in sections]
+        e = self.expressions
+        return switched_model(self._parts, e["t"], e["x"], e["p"], self.outputs, rows, crossings)
+
+    @functools.cached_property
+    def _parts(self) -> SwitchingParts:
+        if self.equations.modes or self.equations.guards:
+            return self.switching_parts()
+        e, none = self.expressions, ca.SX(0, 1)
+        return SwitchingParts((), (), none, e["ode"], e["outputs"], none, ca.SX(len(self.states), 0))
+
+    def extended(self, p: Vector, sections: Sequence[Section] = ()) -> np.ndarray:
+        """The parameter vector with the modes of the start, and the values of the sections, at its tail."""
+        p = self._array("p", p, (self.parameters.size,), f"a vector of {self.parameters.size}")
+        model = self.switched(sections)
+        return p if model is None else model.extended(p)
 
     def rhs(self, t: float, x: Vector, p: Vector) -> np.ndarray:
         """Time derivative of the state at time t [s]. Raises CaseError unless shapes fit and all numbers are finite."""
@@ -90,22 +140,8 @@ class Compiled:
         times = self._array("times", times, (instants,), "one row of times")
         states = self._array("states", states, (instants, count), f"{instants} rows of {count} states")
         p = self._array("p", p, (self.parameters.size,), f"a vector of {self.parameters.size}")
-        if instants == 0 or not rows:
-            return {self.outputs[row]: np.empty(instants) for row in rows}
-        # CasADi repeats p for every instant of a map, so blocks are small; the last is filled up with its own last instant.
-        mapped, whole = self._selected(tuple(rows)).map(BLOCK), -(-instants // BLOCK) * BLOCK
-        times = np.pad(times, (0, whole - instants), mode="edge")
-        states = np.pad(states, ((0, whole - instants), (0, 0)), mode="edge").T
-        values = np.empty((len(rows), whole))
-        for first in range(0, whole, BLOCK):
-            part = slice(first, first + BLOCK)
-            values[:, part] = mapped(times[None, part], states[:, part], p)
-        return {self.outputs[row]: values[index, :instants] for index, row in enumerate(rows)}
-
-    @functools.lru_cache(maxsize=8)  # noqa: B019 - a compiled driveline lives as long as the session
-    def _selected(self, rows: tuple[int, ...]) -> ca.Function:
-        e = self.expressions
-        return ca.Function("channels", [e["t"], e["x"], e["p"]], [ca.densify(e["outputs"][list(rows)])])
+        values = sampled(self.output_function, [times[None, :], states.T], p, list(rows))
+        return {self.outputs[row]: values[index] for index, row in enumerate(rows)}
 
     def output_index(self, name: str) -> int:
         """Row of an output channel. Raises CaseError with the nearest name."""
@@ -169,7 +205,12 @@ class Compiled:
         """SHA-256 of what the driveline computes: its expressions with their names, not its parameter values."""
         text = hashlib.sha256()
         text.update("\n".join((*self.states, *self.outputs, *self.units, *self.parameters.labels())).encode())
-        for function in (self.rhs_function, self.output_function):
+        functions = [self.rhs_function, self.output_function]
+        if (switched := self.switched()) is not None:
+            switching = switched.switching
+            text.update(f"{switching.modes} {switching.crossings}".encode())
+            functions += [switched.rhs_function, switching.guards, *([switching.resets] if switching.resets else [])]
+        for function in functions:
             text.update(_instructions(function).encode())
         return text.hexdigest()
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from modelgen.equations.records import Instance
+from modelgen.lowering.arguments import Arguments, flags_by_variable
 from modelgen.lowering.fixed import Fixed
 from modelgen.lowering.motion import Motion
 from modelgen.lowering.parameters import MODAL
@@ -47,13 +47,13 @@ class Balance:
     acceleration: ca.SX
 
 
-def forces_at(fixed: Fixed, motion: Motion, clocks: list[ca.SX], timed: list[ca.SX]) -> Forces:
-    """All laws at a motion; ``clocks`` and ``timed`` have one column per instance, as in ``Clocks``."""
+def forces_at(fixed: Fixed, arguments: list[Arguments], motion: Motion) -> Forces:
+    """All laws at a motion; ``arguments`` are those of every instance (``arguments_at``)."""
     eq = fixed.equations
     forces = Forces([ca.SX(0)] * len(eq.nodes), {}, [ca.SX(0)] * fixed.own_count, {}, {}, [], [])
-    for instance, given, clock_values, timed_values in zip(eq.instances, fixed.given, clocks, timed, strict=True):
+    for instance, given in zip(eq.instances, arguments, strict=True):
         block, template = fixed.block(instance), eq.templates[instance.template]
-        named, torque, rates, powers, mass = block.state(*given, clock_values, timed_values, _seen(fixed, instance, motion))
+        named, torque, rates, powers, mass = block.state(*given.all)
         for flange, each in zip(template.flanges, ca.vertsplit(torque) if template.flanges else [], strict=True):
             forces.torque[instance.nodes[flange]] += each
         for state, (_, symbol, *_) in zip(instance.states, template.states, strict=True):
@@ -63,25 +63,16 @@ def forces_at(fixed: Fixed, motion: Motion, clocks: list[ca.SX], timed: list[ca.
         forces.by_flange.append(torque)
         forces.by_mass_term.append(mass)
         prefix = f"{instance.name}." if instance.name else ""
-        stages = ((block.fixed_names, given[2]), (block.timed_names, timed_values), (block.state_names, named))
+        stages = ((block.fixed_names, given.seen[2]), (block.timed_names, given.seen[4]), (block.state_names, named))
         for names, column in stages:
             forces.values.update({f"{prefix}{name}": column[row] for row, name in enumerate(names)})
+        for modes, flags in zip(template.modes, flags_by_variable(template, given.flags), strict=True):
+            forces.values[f"{prefix}{modes.name}"] = sum((k * flag for k, flag in enumerate(flags)), start=ca.SX(0))
         for row, name in enumerate(("stored_energy", "dissipated_power", "supplied_power")):
             forces.powers[f"{instance.name}.{name}"] = powers[row]
     if eq.modal_ratio is not None:
         _add_modal_damping(fixed, motion, forces)
     return forces
-
-
-def _seen(fixed: Fixed, instance: Instance, motion: Motion) -> ca.SX:
-    """What an instance sees of a motion: its forms and rates, the angles and speeds of its flanges, its own states."""
-    values = [value for form in instance.forms for value in (motion.forms[form], motion.form_rates[form])]
-    for flange in fixed.equations.templates[instance.template].flanges:
-        node = instance.nodes[flange]
-        group, ratio = fixed.equations.nodes[node].group, fixed.node_ratios[node]
-        values += [ratio * motion.angles[group], ratio * motion.speeds[group]]
-    values += [motion.own[state - 2 * fixed.order] for state in instance.states]
-    return ca.vertcat(*values)
 
 
 def _add_modal_damping(fixed: Fixed, motion: Motion, forces: Forces) -> None:

@@ -1,9 +1,10 @@
 """Equations to Compiled: CasADi expressions of a whole driveline, put together from its blocks. The compiler's main sentence.
 
 Third stage of the flow. Each word of the sentence has a file: ``fixed`` (what parameters alone decide), ``clocks`` (time),
-``motion`` (angles and speeds), ``forces`` (laws, sums, accelerations), ``channels`` (outputs). The same words, said of physical
-angles and means, give the functions that equilibrium and linearization use: ``mean_model``. Below them stand ``blocks`` (one law
-as CasADi functions), ``visitor`` (one expression) and ``operations`` (one operation).
+``motion`` (angles and speeds), ``arguments`` (what a law sees, and its modes), ``forces`` (laws, sums, accelerations),
+``channels`` (outputs); ``program`` says them in order. The same words, said of physical angles and means, give the functions
+that equilibrium and linearization use: ``mean_model``; said with modes kept as flags, those that events need: ``switched``.
+Below them stand ``blocks`` (one law as CasADi functions), ``visitor`` (one expression) and ``operations`` (one operation).
 """
 
 from __future__ import annotations
@@ -11,14 +12,14 @@ from __future__ import annotations
 import casadi as ca
 
 from modelgen.equations.records import Equations
-from modelgen.lowering.channels import channels_of
 from modelgen.lowering.clocks import _multiple as _multiple
 from modelgen.lowering.clocks import clocks_of
 from modelgen.lowering.compiled import Compiled
 from modelgen.lowering.fixed import fixed_part
-from modelgen.lowering.forces import balance_of, forces_at
 from modelgen.lowering.mean_model import mean_model
-from modelgen.lowering.motion import coordinates_of, motion_of_states
+from modelgen.lowering.motion import motion_of_states
+from modelgen.lowering.program import program_of
+from modelgen.lowering.switched import switching_parts
 
 
 def lower(equations: Equations) -> Compiled:
@@ -34,20 +35,16 @@ def lower(equations: Equations) -> Compiled:
     clocks = clocks_of(fixed)
     x = ca.SX.sym("x", len(equations.states))
     motion = motion_of_states(fixed, clocks.time, x)
-    forces = forces_at(fixed, motion, clocks.values, clocks.timed)
-    balance = balance_of(fixed, forces)
-    outputs = channels_of(fixed, motion, forces, balance)
-
-    n = fixed.order
-    rates = x[n : 2 * n, 0]  # the column, or a slice of one number has the shape (1, 0)
-    ode = ca.vertcat(rates, *coordinates_of(fixed, balance.acceleration), *forces.rates)
-    ode, y = (ca.cse(clocks.running(each)) for each in (ode, ca.vertcat(*outputs.values())))
+    program = program_of(fixed, clocks, x, motion)
+    y = ca.vertcat(*program.outputs.values())
+    ode, y = ca.cse(program.ode), ca.cse(program.finish(y))
     return Compiled(
         equations=equations,
         parameters=fixed.parameters,
         expressions={"t": clocks.time, "x": x, "p": fixed.parameters.vector_symbol, "ode": ode, "outputs": y},
         states=tuple(state.name for state in equations.states),
-        outputs=tuple(outputs),
+        outputs=tuple(program.outputs),
         units=tuple(output.unit for output in equations.outputs),
         mean_model=mean_model(fixed, clocks, x),
+        switching_parts=lambda: switching_parts(fixed, clocks, x, motion),
     )

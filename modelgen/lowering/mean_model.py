@@ -1,7 +1,8 @@
 """The mean model: the driveline in physical angles, with every time-dependent quantity replaced by its mean.
 
 Part of ``lower``; equilibrium, linearization and modal analysis are built on its functions. A law's quantities that depend on
-time are inputs here (w), so that the caller decides whether they are means, values at an instant, or anything else.
+time are inputs here (w), so that the caller decides whether they are means, values at an instant, or anything else. Modes are
+found by comparison, and what holds a speed in some of them is zero: a brake that sticks holds nothing here.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import itertools
 
 import casadi as ca
 
+from modelgen.lowering.arguments import arguments_at
 from modelgen.lowering.channels import channels_of
 from modelgen.lowering.clocks import Clocks
 from modelgen.lowering.fixed import Fixed
@@ -31,7 +33,7 @@ def mean_model(fixed: Fixed, clocks: Clocks, x: ca.SX) -> dict[str, ca.Function]
     w = ca.SX.sym("w", borders[-1])
     still = [ca.vertcat(*(ca.SX(0) for _ in block.slots.clocks)) for block in blocks]
     motion = motion_of_angles(fixed, t, angles, speeds, own)
-    forces = forces_at(fixed, motion, still, ca.vertsplit(w, borders) if blocks else [])
+    forces = forces_at(fixed, arguments_at(fixed, motion, still, ca.vertsplit(w, borders) if blocks else []), motion)
     balance = balance_of(fixed, forces)
     outputs = ca.vertcat(*channels_of(fixed, motion, forces, balance).values())
     torque, matrix, outputs, by_flange, by_mass_term = (

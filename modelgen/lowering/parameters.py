@@ -42,6 +42,7 @@ class ParameterTable:
         self.vector_symbol = ca.SX.sym("p", self.size)
         self.table = {symbol: self.vector_symbol[index] for index, symbol in enumerate(self.symbols)}
         self._expressions = self._compile_expressions()
+        self._last: dict[str, tuple[Any, np.ndarray]] = {}
 
     def _compile_expressions(self) -> dict[str, ca.Function]:
         visitor = Visitor(self.table, "parameters")
@@ -81,11 +82,20 @@ class ParameterTable:
                 self._put(p, name, float(function(p)))
         for name, derived in self.derived.items():
             arguments = {key: self._argument(p, source) for key, source in derived.arguments.items()}
-            result = np.asarray(derived.function(**arguments), dtype=float).ravel()
+            result = self._derive(derived, arguments)
             if result.shape != (len(derived.symbols),) or not np.all(np.isfinite(result)):
                 raise ModelError(f"derived parameter {name!r}", f"came out as {result[:4]}", "check the parameters it depends on")
             p[self.slices[name]] = result
         return p
+
+    def _derive(self, derived: DerivedParameter, arguments: dict[str, Any]) -> np.ndarray:
+        """The value of a derived parameter; that for the arguments of the last time is remembered, as in a sweep of others."""
+        given = tuple(value.tobytes() if isinstance(value, np.ndarray) else value for value in arguments.values())
+        known, result = self._last.get(derived.name, (None, np.empty(0)))
+        if known != given:
+            result = np.asarray(derived.function(**arguments), dtype=float).ravel()
+            self._last[derived.name] = given, result
+        return result
 
     def _argument(self, p: np.ndarray, source: str | tuple[int, ...] | float) -> Any:
         if not isinstance(source, str):

@@ -7,22 +7,31 @@ within a mode the right-hand side is as smooth as its laws, a change of mode nev
 from __future__ import annotations
 
 import functools
+import math
 from dataclasses import dataclass
+from numbers import Real
 
 import casadi as ca
 import numpy as np
+
+from modelgen.errors import CaseError
 
 Vector = np.ndarray
 
 
 @dataclass(frozen=True)
 class ModeVariable:
-    """A mode of one element (``mesh.flank``): the names of its values, where its flags begin in p, and the value at the start."""
+    """A mode of one element (``mesh.flank``): the names of its values, where its flags begin in p, and the value at the start.
+
+    ``memory``: which value holds does not follow from the state alone. ``continuous``: no law jumps where it changes.
+    """
 
     name: str
     values: tuple[str, ...]
     first: int
     start: int = 0
+    memory: bool = False
+    continuous: bool = True
 
     def of(self, p: Vector) -> int:
         """The value that the flags in p say."""
@@ -40,8 +49,8 @@ class Crossing:
 
     ``direction``: +1 rising, -1 falling, 0 both. A crossing with a ``variable`` (its number) is watched in the mode ``leave``
     and leads to ``enter`` (numbers of its values); it also fires at once where that mode is entered with the guard already
-    beyond zero, in its direction. One without is a section: it changes nothing. ``reset``: column of the resets that gives the
-    state after it. ``stops``: the run ends there.
+    beyond zero, in its direction. One without changes no mode, and if it has no reset either it is a section. ``reset``: column
+    of the resets that gives the state after it. ``stops``: the run ends there.
     """
 
     name: str
@@ -51,6 +60,30 @@ class Crossing:
     enter: int | None = None
     reset: int | None = None
     stops: bool = False
+
+
+@dataclass(frozen=True)
+class Section:
+    """A surface on which a run is looked at: an output channel passing ``value`` [unit of the channel].
+
+    ``direction``: +1 rising, -1 falling, 0 both. ``stop``: the run ends there. It changes nothing else.
+    """
+
+    channel: str
+    value: float = 0.0
+    direction: int = 1
+    stop: bool = False
+
+    def __post_init__(self) -> None:
+        where = f"section {self.channel!r:.60}"
+        if not isinstance(self.channel, str):
+            raise CaseError("section", f"its channel is {self.channel!r:.60}", "give the name of an output channel")
+        if isinstance(self.value, bool) or not isinstance(self.value, Real) or not math.isfinite(self.value):
+            raise CaseError(where, f"its value is {self.value!r:.60}", "give a finite number in the unit of the channel")
+        if isinstance(self.direction, bool) or self.direction not in (-1, 0, 1):
+            raise CaseError(where, f"its direction is {self.direction!r:.60}", "give 1 (rising), -1 (falling) or 0 (both)")
+        if not isinstance(self.stop, bool):
+            raise CaseError(where, f"stop is {self.stop!r:.60}", "give True or False")
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +99,17 @@ class Switching:
     guards: ca.Function
     p_size: int
     resets: ca.Function | None = None
+
+    @property
+    def required(self) -> bool:
+        """Whether a run without events would be wrong: modes with memory, jumps of the state, guards that end the run."""
+        crossings = self.crossings
+        return any(mode.memory for mode in self.modes) or any(each.reset is not None or each.stops for each in crossings)
+
+    @property
+    def jumps(self) -> bool:
+        """Whether a law jumps at a border between modes."""
+        return not all(mode.continuous for mode in self.modes)
 
     @functools.cached_property
     def guard_rates(self) -> ca.Function:

@@ -232,19 +232,3 @@ class quantity(Declaration):  # noqa: N801 - used as a decorator, like property
 
     def __get__(self, instance: Element | None, owner: type) -> Any:
         return self if instance is None else self.symbol
-
-
-@dataclass(frozen=True)
-class Guard:
-    """A condition that changes a discrete mode when ``expression`` crosses zero.
-
-    ``direction`` is +1 for rising, -1 for falling, 0 for both; ``enter`` and ``leave`` name modes of the element; ``reset``
-    maps own states and flange speeds to their values after the event.
-    """
-
-    name: str
-    expression: sympy.Expr
-    direction: int = 0
-    leave: str | None = None
-    enter: str | None = None
-    reset: tuple[tuple[sympy.Symbol, sympy.Expr], ...] = ()

@@ -5,6 +5,7 @@ First of the seven records. It is a value: every method that changes something r
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
@@ -117,10 +118,10 @@ class Driveline:
 
     # -- looking up ------------------------------------------------------------------------------------------------------
 
-    @property
-    def names(self) -> dict[str, Element]:
+    @functools.cached_property
+    def names(self) -> Mapping[str, Element]:
         """Elements by name, in order."""
-        return {element.name: element for element in self.elements}
+        return MappingProxyType({element.name: element for element in self.elements})
 
     def __getitem__(self, name: str) -> Element:
         names = self.names

@@ -16,7 +16,8 @@ from typing import Any, ClassVar, TypeVar
 import sympy
 
 from modelgen.errors import ModelError, NamingError, nearest
-from modelgen.model.declarations import Choice, Clock, Declaration, Flange, FlangeSymbols, Guard, Orders, Param, Switched
+from modelgen.model.declarations import Choice, Clock, Declaration, Flange, FlangeSymbols, Orders, Param, Switched
+from modelgen.model.modes import Guard, Modes
 from modelgen.model.names import identifier
 from modelgen.model.values import Shared, read_value
 
@@ -203,9 +204,17 @@ class Element:
         """Damping ratio for all elastic modes, if the element asks for modal damping. Or None."""
         return None
 
+    def regions(self) -> Mapping[sympy.Symbol, Any]:
+        """Where a mode holds: its expression is zero or positive. The first of a variable wins; elsewhere it is at rest."""
+        return {}
+
     def guards(self) -> Iterable[Guard]:
-        """Conditions that change a discrete mode."""
+        """What changes a mode that has memory, or makes the state jump, or ends the run."""
         return ()
+
+    def holds(self) -> Mapping[sympy.Symbol, tuple[Any, sympy.Symbol]]:
+        """Speed that does not change while a mode holds, and the multiplier that keeps it so."""
+        return {}
 
     # -- an element as a value -----------------------------------------------------------------------------------------
 
@@ -242,13 +251,15 @@ class Element:
 
     @classmethod
     def describe(cls) -> str:
-        """What the element is and what it asks for, a line for each parameter."""
+        """What the element is and what it asks for, a line for each parameter and for its modes."""
         lines = [f"{cls.kind}: {inspect.getdoc(cls) or ''}", "flanges: " + ", ".join(cls.declared(Flange))]
         for key, choice in cls.declared(Choice).items():
             lines.append(f"  {key} = {' | '.join(choice.options)}  {choice.doc}")
         for key, param in cls.declared(Param).items():
             default = "required" if param.default is None else f"default {param.default}"
             lines.append(f"  {key} [{param.unit}] {default}  {param.doc}")
+        for key, modes in cls.declared(Modes).items():
+            lines.append(f"  {key}: {' or '.join(modes.values)}  {modes.doc}")
         return "\n".join(lines)
 
 

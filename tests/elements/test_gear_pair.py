@@ -229,3 +229,40 @@ def test_two_levels_need_a_contact_ratio_between_one_and_two(ratio: float, words
     model = compiled(mesh="rectangular", stiffness_high=3e8, stiffness_low=2e8, contact_ratio=1.5)
     with pytest.raises(ModelError, match=words.partition("; ")[2].replace("1 ", "1.0 ").replace("2 ", "2.0 ")):
         model.parameters.vector({"mesh.contact_ratio": ratio})
+
+
+# -- modes of the flanks -------------------------------------------------------------------------------------------------------
+
+
+def test_flanks_that_part_swing_back_without_a_force():
+    # Still pressed in by 1 um, but parting so fast that the damper would pull: the force is zero, and the flanks are free.
+    gap, depth, k, c = 1e-4, 1e-6, 2e8, 5e4
+    model = compiled(half_backlash=gap, damping="value", damping_coefficient=c, viscous="contact_only", **STIFF)
+    for rate in (-2 * k * depth / c, -0.5 * k * depth / c, 0.3):
+        for side in (1, -1):
+            seen = {name: channel(model, name, deflection=side * (gap + depth), rate=side * rate) for name in ("flank", "force")}
+            pushes = k * depth + c * rate > 0
+            assert seen["flank"] == (0 if not pushes else 1 if side > 0 else 2)
+            assert seen["force"] == pytest.approx(side * (k * depth + c * rate) if pushes else 0.0, rel=1e-9)
+            assert channel(model, "penetration", deflection=side * (gap + depth)) == pytest.approx(side * depth, rel=1e-9)
+
+
+@pytest.mark.parametrize("viscous", ["always", "contact_only"])
+def test_the_border_belongs_to_the_contact(viscous):
+    model = compiled(half_backlash=2.0**-13, viscous=viscous, **STIFF)
+    found = [channel(model, "flank", deflection=delta) for delta in (-(2.0**-13), -(2.0**-14), 2.0**-14, 2.0**-13)]
+    assert found == [2, 0, 0, 1]
+    assert [each.continuous for each in model.switching.modes] == [viscous == "always"]
+
+
+def test_guards_of_the_flanks_are_their_distances():
+    gap = 1e-4
+    model = compiled(half_backlash=gap, error_amplitude=3e-5, **STIFF)
+    p = model.switched().extended(model.parameters.vector())
+    t, x = 0.3 * PERIOD, [0.0, 2e-4, 0.0, 0.1]
+    delta = 2e-4 - 3e-5 * math.sin(0.6 * math.pi)
+    guards = np.asarray(model.switching.guards(t, x, p)).ravel()
+    assert guards == pytest.approx([delta - gap] * 3 + [-delta - gap] * 2, rel=1e-12)
+    rates = np.asarray(model.switching.guard_rates(t, x, [0.0, 0.1, 0.0, 0.0], p)).ravel()[5:]
+    rate = 0.1 - 3e-5 * 2 * math.pi / PERIOD * math.cos(0.6 * math.pi)
+    assert rates == pytest.approx([rate] * 3 + [-rate] * 2, rel=1e-12)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -25,7 +27,7 @@ def test_three_disks_on_two_gears_are_one_degree_of_freedom():
         speed=100.0,
         reference="third",
     )
-    model = lower(assemble(Driveline(**{**vars(line), "drifts": True})))
+    model = lower(assemble(replace(line, drifts=True)))
     assert len(model.states) == 2
     second, third = 17 / 60, 17 / 60 * 23 / 40
     now = model.evaluate(0.0, [0.1, 0.0], model.parameters.vector())

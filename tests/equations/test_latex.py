@@ -283,7 +283,7 @@ def test_switches_change_the_printed_law(documents: dict[str, str]) -> None:
     assert r"c &= \frac{k \eta}{\omega_{\text{ref}}}" in text
     assert r"\mathrm{table}\left(\frac{\omega_{m} t}{2 \pi};\ k_{1}, k_{2}, \ldots, k_{6}\right)" in text
     assert r"k_{\text{min}} & \text{otherwise}" in text
-    assert r"\text{if } \delta \geq b \text{ and } k_{m} f(\delta) + c_{m} \dot{\delta} \geq 0 \\" in text
+    assert r"\text{if } \delta + \min\left(0, \frac{c_{m} \dot{\delta}}{k_{m}}\right) \geq b \\" in text
     assert r"T(t) &= T_{0} + \left(T_{1} - T_{0}\right) \min\left(1, \max\left(0, \frac{t - t_{0}}{\tau}\right)\right) \\" in text
 
 

@@ -104,16 +104,29 @@ class Bench:
         "explicit" is the part of the stored energy's rate that is there when nothing moves: the derivative by time with all
         angles held, so without the uniform rotation that the states are counted from.
         """
-        e, model = self.model.expressions, self.model
-        out = {name: e["outputs"][model.output_index(f"total.{name}")] for name in TOTALS}
+        e = self.model.expressions
+        return self._book(e["t"], e["x"], e["p"], e["ode"], e["outputs"])
+
+    @functools.cached_property
+    def switched_book(self) -> ca.Function:
+        """The same with modes as flags in p."""
+        switched = self.model.switched()
+        t, x, p = (
+            ca.SX.sym(name, size) for name, size in (("t", 1), ("x", len(self.model.states)), ("p", switched.switching.p_size))
+        )
+        return self._book(t, x, p, switched.rhs_function(t, x, p), switched.output_function(t, x, p))
+
+    def _book(self, t: ca.SX, x: ca.SX, p: ca.SX, ode: ca.SX, outputs: ca.SX) -> ca.Function:
+        model, own_p = self.model, p[: self.model.parameters.size]
+        out = {name: outputs[model.output_index(f"total.{name}")] for name in TOTALS}
         energy, stored = out["kinetic_energy"] + out["stored_energy"], out["stored_energy"]
-        rate, stored_rate = (ca.jtimes(each, e["x"], e["ode"]) + ca.jtimes(each, e["t"], ca.SX(1)) for each in (energy, stored))
+        rate, stored_rate = (ca.jtimes(each, x, ode) + ca.jtimes(each, t, ca.SX(1)) for each in (energy, stored))
         n, own = len(model.equations.steps), sum(state.kind == "own" for state in model.equations.states)
-        mean = model.mean_model["ratios"](e["p"])[1]
-        turning = model.mean_model["coordinates"](mean, ca.SX(n, 1), ca.SX(own, 1), e["p"])
-        explicit = ca.jtimes(stored, e["t"], ca.SX(1)) - ca.jtimes(stored, e["x"], ca.vertcat(turning[:n], ca.SX(n + own, 1)))
+        mean = model.mean_model["ratios"](own_p)[1]
+        turning = model.mean_model["coordinates"](mean, ca.SX(n, 1), ca.SX(own, 1), own_p)
+        explicit = ca.jtimes(stored, t, ca.SX(1)) - ca.jtimes(stored, x, ca.vertcat(turning[:n], ca.SX(n + own, 1)))
         powers = [out["dissipated_power"], out["supplied_power"], explicit]
-        return ca.Function("book", [e["t"], e["x"], e["p"]], [ca.vertcat(energy, rate, stored, stored_rate, *powers)])
+        return ca.Function("book", [t, x, p], [ca.vertcat(energy, rate, stored, stored_rate, *powers)])
 
     def books(self, t: float, x: np.ndarray) -> dict[str, float]:
         return dict(zip(BOOKS, self.book(t, x, self.p).full().ravel().tolist(), strict=True))

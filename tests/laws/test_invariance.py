@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -80,7 +82,7 @@ def physical_state(model, p, now):
 def test_the_order_of_elements_changes_nothing(make, seed):
     line = make()
     elements = list(reversed(line.elements)) if seed is None else list(np.random.default_rng(seed).permutation(line.elements))
-    other = Driveline(**{**vars(line), "elements": elements})
+    other = replace(line, elements=elements)
     first, second = lower(assemble(line)), lower(assemble(other))
     p, q = first.parameters.vector(), second.parameters.vector()
     x = np.random.default_rng(2).uniform(-1e-3, 1e-3, len(first.states))

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
@@ -91,7 +92,7 @@ def by_sympy(element, values, angles, speeds, seen, clock, t):
 
 def test_accelerations_agree_with_the_laws_as_written(model, p):
     line = geared()
-    line = Driveline(**{**vars(line), "elements": [assembled_series(e) for e in line.elements]})
+    line = replace(line, elements=[assembled_series(e) for e in line.elements])
     seen = {"engine": 2.0, "pinion": 0.2, "wheel": 3.0}
     values = {"zeta": 0.05, "rows": ROWS.value, "heavy": 3.0}
     for t, x in states(model, 10):
@@ -425,7 +426,7 @@ def test_the_fingerprint_is_of_what_is_computed_not_of_values(model):
     assert lower(assemble(other.change("mesh", viscous="always"))).fingerprint != model.fingerprint
     assert lower(assemble(other.change("firing", orders=(1, 2, 6)))).fingerprint != model.fingerprint
     assert lower(assemble(other.add(GroundSpring("mount", "wheel", stiffness=1.0)))).fingerprint != model.fingerprint
-    renamed = Driveline(**{**vars(other), "elements": [*other.elements[:-1], other.elements[-1].copy("step")]})
+    renamed = replace(other, elements=[*other.elements[:-1], other.elements[-1].copy("step")])
     assert lower(assemble(renamed)).fingerprint != model.fingerprint
 
 

@@ -2,7 +2,7 @@
 
 Part of the compiler, between ``graph`` and ``stages``. A row of firing torques is a sum of amplitude times (cos k theta
 cos phase - sin k theta sin phase); taken apart and put together again, it costs one product per wave, and the rest moves to the
-parameter stage. What is used once and only in sums is expanded; what is used more often stays a value of its own.
+parameter stage. What is used once and only in sums is expanded; what is used more often, or is long, stays a value of its own.
 """
 
 from __future__ import annotations
@@ -10,6 +10,8 @@ from __future__ import annotations
 import casadi as ca
 
 from modelgen.lowering.native.graph import Graph, Level, Node
+
+LONGEST = 128  # waves in a sum that is still expanded: without a bound, sums within sums cost more than linear time
 
 Form = dict[int | None, int]  # new value -> its coefficient; None: what depends on parameters only
 
@@ -41,7 +43,8 @@ class _Collection:
                 continue
             form = self._form(node)
             readers = self.readers[index]
-            if len(readers) == 1 and readers[0] is not None and self._is_sum(self.old.nodes[readers[0]]):
+            reader = readers[0] if len(readers) == 1 and len(form) <= LONGEST else None
+            if reader is not None and self._is_sum(self.old.nodes[reader]):
                 self.forms[index] = form
             else:
                 self.place[index] = self._written(form)

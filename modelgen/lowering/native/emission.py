@@ -116,32 +116,3 @@ def literal(value: float) -> str:
     if math.isinf(value):
         return "INFINITY" if value > 0 else "(-INFINITY)"
     return f"({value!r})" if value < 0 or math.copysign(1.0, value) < 0 else repr(value)
-
-
-def stage_functions(stages: Stages, state_prefix: str) -> str:
-    """The three stages as static C functions, and their sizes as macros.
-
-    ``parameter_stage(p, c)`` on doubles; ``time_stage(c, t, w)`` for the four new times of a step; ``state_stage(c, w, x, k)``
-    with k = dx/dt. Where one trajectory runs (``state_prefix`` "s_"), the four times are the lanes of one V.
-    """
-    lanes = state_prefix == "v_"
-    kind, t = ("V", "const V *t") if lanes else ("double", "V t")
-    sizes = {"NX": stages.sizes[0], "NP": stages.sizes[1], "NC": len(stages.parameter_values), "NW": len(stages.time_values)}
-    parameter = StagePrinter(stages, "s_", "double", Level.PARAMETER)
-    time = StagePrinter(stages, "v_", "V", Level.TIME, times=4 if lanes else 1)
-    state = StagePrinter(stages, state_prefix, kind, Level.STATE)
-    lines = [f"#define {name} {size}" for name, size in sizes.items()]
-    lines += _function("parameter_stage", "const double *p, double *c", "(void)p, (void)c;")
-    lines += [*parameter.lines(stages.parameter), *parameter.results(stages.parameter_values, "c"), "}"]
-    lines += [
-        "#define C(i) TIME_PARAMETER(c[i])",
-        *_function("time_stage", f"const S *c, {t}, V *w", "(void)c, (void)t, (void)w;"),
-    ]
-    lines += [*time.lines(stages.time), *time.results(stages.time_values, "w"), "}", "#undef C"]
-    lines += ["#define C(i) c[i]", "#define W(i) w[(i) * TIME_STRIDE]"]
-    lines += _function("state_stage", "const S *c, const TIME_VALUE *w, const S *x, S *k", "(void)c, (void)w, (void)x, (void)k;")
-    return "\n".join([*lines, *state.lines(stages.state), *state.results(stages.outputs, "k"), "}", ""])
-
-
-def _function(name: str, arguments: str, used: str) -> list[str]:
-    return [f"static __attribute__((noinline, unused)) void {name}({arguments}) {{", f"  {used}"]

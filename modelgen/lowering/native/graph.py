@@ -16,7 +16,7 @@ import casadi as ca
 from modelgen.errors import LoweringError
 from modelgen.lowering.native.operations import COMMUTATIVE, OPERATIONS
 
-INPUTS = ("t", "x", "p")
+INPUTS = {3: ("t", "x", "p"), 4: ("t", "x", "v", "p")}  # v: the rates of the state, where a function is told them
 
 
 class Level(enum.IntEnum):
@@ -28,7 +28,7 @@ class Level(enum.IntEnum):
     STATE = 3
 
 
-_LEVEL_OF_INPUT = {"t": Level.TIME, "x": Level.STATE, "p": Level.PARAMETER}
+_LEVEL_OF_INPUT = {"t": Level.TIME, "x": Level.STATE, "v": Level.STATE, "p": Level.PARAMETER}
 
 
 class Node(NamedTuple):
@@ -56,10 +56,10 @@ class Graph:
 
     @classmethod
     def of(cls, function: ca.Function) -> Graph:
-        """The graph of an SX function (t, x, p) -> one dense column. Raises LoweringError for an operation that has no C."""
+        """The graph of an SX function (t, x, p) or (t, x, v, p) -> column. Raises LoweringError for an operation without C."""
         if not function.is_a("SXFunction"):
             raise LoweringError("native code", "the right-hand side is no SX function", "expand() it first")
-        graph = cls()
+        graph, inputs = cls(), INPUTS[function.n_in()]
         work: dict[int, int] = {}
         graph.outputs = [graph.constant(0.0)] * int(function.numel_out(0))
         for index in range(function.n_instructions()):
@@ -71,7 +71,7 @@ class Graph:
             if code == ca.OP_CONST:
                 work[target[0]] = graph.constant(function.instruction_constant(index))
             elif code == ca.OP_INPUT:
-                work[target[0]] = graph.input(INPUTS[source[0]], source[1])
+                work[target[0]] = graph.input(inputs[source[0]], source[1])
             elif code == ca.OP_OUTPUT:
                 graph.outputs[target[1]] = work[source[0]]
             elif code not in OPERATIONS:
@@ -87,7 +87,7 @@ class Graph:
         return self._add(("constant", float(value).hex()), Node("constant", (), float(value), Level.CONSTANT))
 
     def input(self, name: str, row: int) -> int:
-        """The value of an entry of t, x or p."""
+        """The value of an entry of t, x, v or p."""
         return self._add((name, row), Node(name, (), row, _LEVEL_OF_INPUT[name]))
 
     def make(self, code: int, *operands: int) -> int:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 import functools
 import hashlib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,47 +17,24 @@ import casadi as ca
 import numpy as np
 
 from modelgen.errors import LoweringError
+from modelgen.lowering import tableau
 from modelgen.lowering.native.cache import library_for
 from modelgen.lowering.native.compiler import find_compiler
-from modelgen.lowering.native.emission import stage_functions
+from modelgen.lowering.native.functions import observer_functions, stage_functions
 from modelgen.lowering.native.stages import Stages
+from modelgen.lowering.native.steps import bundle, method_named, step_functions, step_sizes
+from modelgen.lowering.native.task import Log, Observer, Task
+from modelgen.lowering.tableau import FOLDER
 
 _HERE = Path(__file__).parent
+_HEADERS = ("scalar.h", "lanes.h", "task.h", "dense.h", "guards.h", "events.h", "march.h", "solver.h")
 _GENERATOR = (
-    "operations.py",
-    "graph.py",
-    "collection.py",
-    "stages.py",
-    "emission.py",
-    "library.py",
-    "scalar.h",
-    "lanes.h",
-    "solver.h",
+    *("operations.py", "graph.py", "collection.py", "stages.py", "emission.py", "statements.py", "looped.py", "functions.py"),
+    *("steps.py", "library.py", *_HEADERS),
 )
 _ALIGNMENT = 64
 _DOUBLES = ctypes.POINTER(ctypes.c_double)
 _COUNTS = ctypes.POINTER(ctypes.c_int64)
-
-OUTCOMES = ("RUNNING", "SUCCESS", "MAX_STEPS", "STEP_TOO_SMALL", "NON_FINITE_RATE", "DIVERGED")  # as in solver.h
-COUNTS = ("outcome", "steps", "rejected", "evaluations", "reached", "stop")
-FACTS = ("time", "size", "smallest", "largest")
-
-
-class Task(ctypes.Structure):
-    """What all workers of a run share; the fields are described in solver.h."""
-
-    _fields_ = (
-        *((name, ctypes.c_int64) for name in ("jobs", "samples", "times_stride")),
-        ("next", _COUNTS),
-        *((name, _DOUBLES) for name in ("p", "x0", "scale", "times", "states", "last", "extrema")),
-        ("counts", _COUNTS),
-        ("facts", _DOUBLES),
-        *(
-            (name, ctypes.c_double)
-            for name in ("begin", "tolerance", "first_step", "largest_step", "smallest_step", "bound", "correction")
-        ),
-        ("max_steps", ctypes.c_int64),
-    )
 
 
 class NativeSolver:
@@ -66,33 +44,35 @@ class NativeSolver:
     """
 
     def __init__(self, path: Path) -> None:
-        self._library = ctypes.CDLL(str(path))
-        self._library.modelgen_sizes.restype = ctypes.c_int64
-        self._library.modelgen_sizes.argtypes = [ctypes.c_int64]
-        self._library.modelgen_run.restype = ctypes.c_int64
-        self._library.modelgen_run.argtypes = [ctypes.POINTER(Task), ctypes.c_void_p, ctypes.c_int64]
-        self._library.modelgen_start.restype = None
-        self._library.modelgen_start.argtypes = [ctypes.c_void_p]
-        self._library.modelgen_job.restype = ctypes.c_int64
-        self._library.modelgen_job.argtypes = [ctypes.c_void_p, ctypes.c_int64]
-        self._library.modelgen_rates.restype = None
-        self._library.modelgen_rates.argtypes = [ctypes.c_void_p, ctypes.c_double, _DOUBLES, _DOUBLES, _DOUBLES]
-        sizes = [int(self._library.modelgen_sizes(index)) for index in range(7)]
-        self.states, self.parameters, self.lanes, self._bytes, task, self.parameter_values, self.time_values = sizes
-        if task != ctypes.sizeof(Task):
-            raise LoweringError("native code", f"the library expects tasks of {task} bytes", "clear the cache of libraries")
+        self._library = library = ctypes.CDLL(str(path))
+        task, work, log = ctypes.POINTER(Task), ctypes.c_void_p, ctypes.POINTER(Log)
+        for name, result, arguments in (
+            ("sizes", ctypes.c_int64, [ctypes.c_int64]),
+            ("bytes", ctypes.c_int64, [task]),
+            ("start", None, [task, work]),
+            ("run", ctypes.c_int64, [task, work, log, ctypes.c_int64]),
+            ("job", ctypes.c_int64, [work, ctypes.c_int64]),
+            ("rates", None, [work, ctypes.c_double, _DOUBLES, _DOUBLES, _DOUBLES]),
+        ):
+            function = getattr(library, f"modelgen_{name}")
+            function.restype, function.argtypes = result, arguments
+        sizes = [int(library.modelgen_sizes(index)) for index in range(7)]
+        self.states, self.parameters, self.lanes, _, size, self.parameter_values, self.time_values = sizes
+        if size != ctypes.sizeof(Task):
+            raise LoweringError("native code", f"the library expects tasks of {size} bytes", "clear the cache of libraries")
 
-    def workspace(self) -> np.ndarray:
-        """Memory for one worker, ready to start."""
-        raw = np.zeros(self._bytes + _ALIGNMENT, dtype=np.uint8)
+    def workspace(self, task: Task) -> np.ndarray:
+        """Memory for one worker on a task, ready to start."""
+        count = int(self._library.modelgen_bytes(ctypes.byref(task)))
+        raw = np.zeros(count + _ALIGNMENT, dtype=np.uint8)
         offset = -raw.ctypes.data % _ALIGNMENT
-        work = raw[offset : offset + self._bytes]
-        self._library.modelgen_start(work.ctypes.data)
+        work = raw[offset : offset + count]
+        self._library.modelgen_start(ctypes.byref(task), work.ctypes.data)
         return work
 
-    def run(self, task: Task, work: np.ndarray, steps: int) -> bool:
-        """Go on for at most so many steps; whether anything is left to do."""
-        return bool(self._library.modelgen_run(ctypes.byref(task), work.ctypes.data, steps))
+    def run(self, task: Task, work: np.ndarray, log: Log, steps: int) -> bool:
+        """Go on for at most so many steps, or until the log is nearly full; whether anything is left to do."""
+        return bool(self._library.modelgen_run(ctypes.byref(task), work.ctypes.data, ctypes.byref(log), steps))
 
     def jobs(self, work: np.ndarray) -> list[int]:
         """The jobs that a worker is at, lane by lane; -1 where a lane is idle."""
@@ -105,17 +85,43 @@ class NativeSolver:
             raise LoweringError(
                 "native code", f"x and p have shapes {x.shape} and {p.shape}", f"wanted ({self.states},), ({self.parameters},)"
             )
-        found, work = np.zeros(self.states), self.workspace()
+        found, work = np.zeros(self.states), self.workspace(Task())
         self._library.modelgen_rates(work.ctypes.data, t, *(each.ctypes.data_as(_DOUBLES) for each in (x, p, found)))
         return found
 
 
-def source(function: ca.Function, lanes: bool) -> str:
+class NativeObserver:
+    """A loaded function (t, x, p) or (t, x, v, p) -> column that a solver asks for within its run: guards, resets, channels."""
+
+    def __init__(self, path: Path) -> None:
+        self._library = ctypes.CDLL(str(path))  # holds the code as long as it is pointed to
+        self._library.observer_sizes.restype = ctypes.c_int64
+        self._library.observer_sizes.argtypes = [ctypes.c_int64]
+        sizes = [int(self._library.observer_sizes(index)) for index in range(5)]
+        self.values, self.outputs, self.states, self.parameters, self.lanes = sizes
+
+    def entry(self) -> Observer:
+        """What a task needs to know of it."""
+        places = (ctypes.cast(getattr(self._library, f"observer_{name}"), ctypes.c_void_p) for name in ("parameters", "at"))
+        return Observer(self.values, self.outputs, *places)
+
+
+def source(function: ca.Function, lanes: bool, method: str = "rk4") -> str:
     """The whole C text of a native solver: for one trajectory, or for lanes. Raises LoweringError for an operation without C."""
-    stages = Stages.of(function)
-    printed = stage_functions(stages, "v_" if lanes else "s_")
-    head = "" if lanes else "#define SINGLE\n"
-    return head + _text("scalar.h") + _text("lanes.h") + _text("solver.h").replace('#include "stages.h"\n', printed)
+    stages, (chosen, middle) = Stages.of(function), method_named(method)
+    printed = stage_functions(stages, "v_" if lanes else "s_", times=bundle(chosen, middle))
+    texts = [_head(lanes), step_sizes(chosen, middle), _text("task.h").replace('#include "stages.h"\n', printed)]
+    texts += [step_functions(chosen, middle), *(_text(name) for name in _HEADERS[3:])]
+    return "\n".join(texts)
+
+
+def observer_source(function: ca.Function, lanes: bool) -> str:
+    """The whole C text of an observer for a solver of one trajectory, or of lanes."""
+    return _head(lanes) + observer_functions(Stages.of(function))
+
+
+def _head(lanes: bool) -> str:
+    return ("" if lanes else "#define SINGLE\n") + _text("scalar.h") + _text("lanes.h")
 
 
 def _text(name: str) -> str:
@@ -123,24 +129,37 @@ def _text(name: str) -> str:
 
 
 @functools.lru_cache(maxsize=32)
-def native_solver(function: ca.Function, lanes: bool = False) -> NativeSolver:
-    """The native solver of an SX function (t, x, p) -> dx/dt, built or from the cache.
+def native_solver(function: ca.Function, lanes: bool = False, method: str = "rk4") -> NativeSolver:
+    """The native solver of an SX function (t, x, p) -> dx/dt by a method (rk4, dopri5, dop853), built or from the cache.
 
-    Raises NoCompilerError without a compiler, LoweringError for an operation that has no C.
+    Raises NoCompilerError without a compiler, LoweringError for an operation that has no C or an unknown method.
     """
+    method_named(method)
+    return NativeSolver(_built(function, ("solver", method, lanes), lambda: source(function, lanes, method)))
+
+
+@functools.lru_cache(maxsize=64)
+def native_observer(function: ca.Function, lanes: bool = False) -> NativeObserver:
+    """The observer of an SX function (t, x, p) or (t, x, v, p) -> one dense column, built or from the cache."""
+    return NativeObserver(_built(function, ("observer", lanes), lambda: observer_source(function, lanes)))
+
+
+def _built(function: ca.Function, kind: tuple[object, ...], text_of: Callable[[], str]) -> Path:
     compiler = find_compiler()
 
     def build(folder: Path, library: Path) -> None:
         text = folder / "solver.c"
-        text.write_text(source(function, lanes), encoding="utf-8")
+        text.write_text(text_of(), encoding="utf-8")
         compiler.build(text, library)
 
-    parts = (function.serialize().encode(), _generator(), compiler.identity().encode(), b"lanes" if lanes else b"single")
+    parts = (function.serialize().encode(), _generator(), compiler.identity().encode(), repr(kind).encode())
     key = hashlib.sha256(b"\0".join(hashlib.sha256(part).digest() for part in parts)).hexdigest()
-    return NativeSolver(library_for(key, build))
+    return library_for(key, build)
 
 
 @functools.cache
 def _generator() -> bytes:
     """The files that decide what is printed."""
-    return b"\0".join((_HERE / name).read_bytes() for name in _GENERATOR)
+    tableaus = sorted(path for path in FOLDER.glob("*.toml"))
+    paths = [*(_HERE / name for name in _GENERATOR), Path(tableau.__file__), *tableaus]
+    return b"\0".join(path.read_bytes() for path in paths)

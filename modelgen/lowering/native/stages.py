@@ -63,7 +63,7 @@ class Stages:
             parameter_values=tuple(sorted(after[Level.PARAMETER])),
             time_values=tuple(sorted(after[Level.TIME])),
             outputs=tuple(graph.outputs),
-            sizes=(int(function.numel_in(1)), int(function.numel_in(2))),
+            sizes=(int(function.numel_in(1)), int(function.numel_in(function.n_in() - 1))),
         )
 
     def clock_frequency(self, index: int) -> int | None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from modelgen.errors import LoweringError
-from modelgen.lowering.native.emission import stage_functions
+from modelgen.lowering.native.functions import stage_functions
 from modelgen.lowering.native.graph import Graph, Level
 from modelgen.lowering.native.stages import Stages
 

@@ -1,0 +1,214 @@
+/* What happens where a guard passes zero: a log, a reset, another mode, and what follows from that at the same time.
+ *
+ * The mode of a lane is a set of flags at the end of its own copy of the parameters. */
+
+enum { MANY = 32 }; /* events at one time, or one after the other without time to speak of, that are no accident */
+static const double QUICK = 1e-10; /* part of the horizon: events that follow each other faster are counted as a burst */
+
+/* The parameter stages of one lane anew, after its flags or its job changed. */
+static void set_parameters(const Task *task, Work *k, int lane) {
+  parameter_stage(k->p[lane], k->one_c);
+  for (int i = 0; i < NC; ++i) put(&k->c[i], lane, k->one_c[i]);
+  const Observer *observers[] = {&task->guards, &task->channels};
+  V *columns[] = {k->guard_c, k->channel_c};
+  for (int each = 0; each < 2; ++each) {
+    if (!observers[each]->values) continue;
+    observers[each]->parameters(k->p[lane], k->observer_c);
+    for (int64_t n = 0; n < observers[each]->values; ++n)
+#ifdef SINGLE
+      columns[each][n] = v_all(k->observer_c[n]);
+#else
+      columns[each][n][lane] = k->observer_c[n];
+#endif
+  }
+}
+
+static void set_active(const Task *task, Work *k, int lane) {
+  for (int64_t n = 0; n < task->surfaces; ++n) put(&k->watched[n], lane, 0.0);
+  for (int64_t n = 0; n < task->crossings; ++n) {
+    const int64_t *crossing = task->crossing + n * CROSSING;
+    int on = crossing[VARIABLE] < 0 || k->modes[lane * task->variables + crossing[VARIABLE]] == crossing[LEAVE];
+    put(&k->active[n], lane, on);
+    if (on) put(&k->watched[crossing[SURFACE]], lane, 1.0);
+  }
+}
+
+/* Modes from the flags of a job. */
+static void read_modes(const Task *task, Work *k, int lane) {
+  for (int64_t n = 0; n < task->variables; ++n) {
+    const int64_t *mode = task->mode + n * MODE;
+    const double *flags = k->p[lane] + mode[FIRST_FLAG];
+    int64_t best = 0;
+    for (int64_t value = 1; value < mode[VALUES]; ++value)
+      if (flags[value] > flags[best]) best = value;
+    k->modes[lane * task->variables + n] = best;
+  }
+  set_active(task, k, lane);
+}
+
+/* The time since the last change belongs to the present modes. */
+static void hold(const Task *task, Work *k, int lane, double time) {
+  double *held = task->held + k->job[lane] * task->all_values, from = larger(k->since[lane], task->times[k->job[lane] * task->times_stride]);
+  for (int64_t n = 0; n < task->variables && time > from; ++n)
+    held[task->mode[n * MODE + FIRST_VALUE] + k->modes[lane * task->variables + n]] += time - from;
+  k->since[lane] = time;
+}
+
+/* Guards of one lane at a time and a state from x0, in the present modes: first slots of k->seen. */
+static void guards_at(const Task *task, Work *k, int lane, double time, const double *y) {
+  V at = v_all(time);
+  for (int64_t n = 0; n < task->guards.values; ++n) k->lane_guard_c[n] = ONE_LANE(k->guard_c[n], lane);
+  for (int i = 0; i < NX; ++i) k->at_x[i] = v_all(get(&k->x0[i], lane) + y[i]), k->at_v[i] = v_all(0.0);
+  task->guards.at(k->lane_guard_c, &at, k->at_x, k->at_v, k->seen);
+}
+
+static void log_event(const Task *task, Work *k, Log *log, int lane, int64_t n, double time, const double *y) {
+  int64_t job = k->job[lane];
+  ++task->happened[job * task->crossings + n], k->last_event[lane] = n;
+  k->fired[lane * task->crossings + n] = 1;
+  if (k->events[lane]++ >= task->log_limit || log->used >= log->room) return;
+  log->job[log->used] = job, log->which[log->used] = n, log->time[log->used] = time;
+  for (int i = 0; i < NX; ++i) log->state[log->used * NX + i] = get(&k->x0[i], lane) + y[i];
+  ++log->used;
+}
+
+/* The jump and the change of mode that belong to a crossing. */
+static void take_effect(const Task *task, Work *k, int lane, int64_t n, double time, double *y) {
+  const int64_t *crossing = task->crossing + n * CROSSING;
+  if (crossing[RESET] >= 0) {
+    V at = v_all(time);
+    if (task->resets.values) task->resets.parameters(k->p[lane], k->observer_c);
+    for (int64_t i = 0; i < task->resets.values; ++i) k->reset_c[i] = v_all(k->observer_c[i]);
+    for (int i = 0; i < NX; ++i) k->at_x[i] = v_all(get(&k->x0[i], lane) + y[i]);
+    k->leapt[lane] = 1;
+    task->resets.at(k->reset_c, &at, k->at_x, k->at_x, k->after);
+    for (int i = 0; i < NX; ++i) {
+      double now = k->after[crossing[RESET] * NX + i][0];
+      if (now != k->at_x[i][0]) y[i] = now - get(&k->x0[i], lane); /* what does not jump keeps its digits */
+    }
+  }
+  if (crossing[VARIABLE] >= 0 && crossing[LEAVE] != crossing[ENTER]) {
+    const int64_t *mode = task->mode + crossing[VARIABLE] * MODE;
+    hold(task, k, lane, time);
+    for (int64_t value = 0; value < mode[VALUES]; ++value) k->p[lane][mode[FIRST_FLAG] + value] = value == crossing[ENTER];
+    k->modes[lane * task->variables + crossing[VARIABLE]] = crossing[ENTER];
+    set_parameters(task, k, lane), set_active(task, k, lane);
+  }
+}
+
+/* One event: log, jump, change of mode; y is the state there. The outcome if the run ends with it. */
+static int64_t fire(const Task *task, Work *k, Log *log, int lane, int64_t n, double time, double *y) {
+  k->last_event[lane] = n;
+  if (log) {
+    if (k->events[lane] >= task->max_events) return MAX_EVENTS;
+    log_event(task, k, log, lane, n, time, y);
+  }
+  take_effect(task, k, lane, n, time, y);
+  return task->crossing[n * CROSSING + STOPS] ? EVENT : RUNNING;
+}
+
+/* Guards of the present modes that are beyond zero already fire at once, until none is. */
+static int64_t chain(const Task *task, Work *k, Log *log, int lane, int length, double time, double *y) {
+  for (;;) {
+    int64_t next = -1, outcome;
+    guards_at(task, k, lane, time, y);
+    for (int64_t n = 0; n < task->crossings && next < 0; ++n) {
+      const int64_t *crossing = task->crossing + n * CROSSING;
+      if (crossing[VARIABLE] < 0 || crossing[LEAVE] == crossing[ENTER] || get(&k->active[n], lane) == 0) continue;
+      double beyond = (double)crossing[DIRECTION] * k->seen[crossing[SURFACE]][0];
+      if (beyond > task->guard_zero[k->job[lane] * task->crossings + n]) next = n;
+    }
+    if (next < 0) return RUNNING;
+    if (++length > MANY) {
+      k->last_event[lane] = next;
+      return EVENT_CHATTER;
+    }
+    if ((outcome = fire(task, k, log, lane, next, time, y)) != RUNNING) return outcome;
+  }
+}
+
+static int has_effect(const int64_t *crossing) { return crossing[VARIABLE] >= 0 || crossing[RESET] >= 0 || crossing[STOPS]; }
+
+/* Where a lane's step is cut: at the first crossing found that has an effect, or that is one too many. */
+static void cut(const Task *task, Work *k, int lane) {
+  for (int64_t each = 0; each < k->finds[lane]; ++each) {
+    Found found = k->found[lane * 4 * task->crossings + each];
+    if (has_effect(task->crossing + found.crossing * CROSSING) || k->events[lane] + each >= task->max_events) {
+      k->until[lane] = found.time;
+      return;
+    }
+  }
+}
+
+/* Whether events follow each other without time to speak of, or motion: ever faster, or not. */
+static int64_t crowded(Work *k, int lane, double time, double horizon, double rate, double zero) {
+  double gap = time - k->event_time[lane];
+  k->event_time[lane] = time;
+  if (!(gap < larger(QUICK * horizon, 64 * ulp(time))) && !(rate * gap <= zero)) {
+    k->quick[lane] = 0, k->early[lane] = k->late[lane] = 0.0;
+    return RUNNING;
+  }
+  *(k->quick[lane] < MANY / 2 ? &k->early[lane] : &k->late[lane]) += gap;
+  if (++k->quick[lane] < MANY) return RUNNING;
+  /* Gaps of a few last digits of the time are rounding: nothing shrinks there. */
+  return k->late[lane] < 0.9 * k->early[lane] && k->early[lane] > 64 * MANY / 2 * ulp(time) ? ZENO : EVENT_CHATTER;
+}
+
+/* Everything found in a lane's step up to where it is cut; y: the state (from x0) where it goes on. The outcome where the run ends
+ * there, or RUNNING. */
+static int64_t happen(const Task *task, Work *k, Log *log, int lane, double *y) {
+  int64_t outcome = RUNNING, g = task->crossings;
+  int effects = 0;
+  double time = k->until[lane];
+  V place[NX];
+  k->jumped[lane] = 0;
+  for (int64_t each = 0; each < k->finds[lane]; ++each) {
+    Found found = k->found[lane * 4 * g + each];
+    const int64_t *crossing = task->crossing + found.crossing * CROSSING;
+    if (found.time > time) break;
+    if (get(&k->active[found.crossing], lane) == 0) continue; /* an event at the same time left its mode */
+    if (!effects) {
+      dense(k, lane, v_all((found.time - k->t[lane]) / k->h[lane]), place, 0);
+      for (int i = 0; i < NX; ++i) y[i] = place[i][0];
+    }
+    if (!has_effect(crossing)) {
+      outcome = fire(task, k, log, lane, found.crossing, found.time, y);
+      put(&k->sign[found.crossing], lane, -get(&k->sign[found.crossing], lane));
+    } else {
+      if (!effects++) {
+        double at[4] = {time, time, time, time};
+        see(task, k, lane, at);
+        double rate = fabs(k->four[4 * (task->surfaces + crossing[SURFACE])]), zero = task->guard_zero[k->job[lane] * g + found.crossing];
+        k->last_event[lane] = found.crossing;
+        outcome = crowded(k, lane, time, k->end[lane] - task->begin, rate, zero);
+      }
+      k->jumped[lane] = 1;
+      if (outcome == RUNNING) outcome = fire(task, k, log, lane, found.crossing, time, y);
+    }
+    if (outcome != RUNNING) {
+      k->jumped[lane] = 1; /* the run ends at y */
+      return outcome;
+    }
+  }
+  return effects ? chain(task, k, log, lane, effects, time, y) : RUNNING;
+}
+
+/* Signs of the guards where a lane starts or goes on after an event; guards and rates stand at START. One that is zero and may fire
+ * starts on the side from which it fires; one that just fired on the side to which the motion goes. */
+static void set_signs(const Task *task, Work *k, int lane) {
+  int64_t g = task->crossings;
+  for (int64_t n = 0; n < g; ++n) {
+    const int64_t *crossing = task->crossing + n * CROSSING;
+    int64_t m = crossing[SURFACE];
+    double value = get(&k->guard[START][m], lane), rate = get(&k->guard[START][RATES(task) + m], lane), sign = value;
+    int near = fabs(value) <= task->guard_zero[k->job[lane] * g + n], fired = (int)k->fired[lane * g + n];
+    int effect = crossing[VARIABLE] >= 0 || crossing[RESET] >= 0; /* a run may start where another one was stopped */
+    k->fired[lane * g + n] = 0;
+    if (near && !effect && !k->leapt[lane]) continue; /* a section keeps the side that it had */
+    if (effect && fired) sign = rate != 0 ? rate : value;
+    else if (near) sign = effect && crossing[DIRECTION] ? (double)-crossing[DIRECTION] : rate;
+    put(&k->sign[n], lane, sign);
+  }
+  k->leapt[lane] = 0;
+  put(&k->fresh, lane, 1.0);
+}

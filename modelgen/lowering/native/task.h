@@ -1,0 +1,184 @@
+/* What is computed together, and its memory: S is one double where one trajectory runs, else LANES of them side by side.
+ *
+ * All memory is the caller's; nothing is global, nothing is allocated. Task is shared by all threads of a run; each thread has a Work
+ * of its own, followed by what the guards and channels of the model at hand need, and a Log. */
+#ifdef SINGLE
+#define LANES 1
+typedef double S;
+typedef s_mask S_MASK;
+#define S_(name) s_##name
+#define LANE(a, i) (a)
+#define CHOOSE(m, a, b) ((m) ? (a) : (b))
+INLINE double s_larger(double a, double b) { return a > b ? a : b; } /* b where a is NaN */
+#define AS_S(a) (a)[0]          /* what an observer gave for the lanes */
+#define ONE_LANE(a, lane) (a) /* one lane's value in all slots */
+#define TIME_VALUE double
+#define TIME_STRIDE BUNDLE
+#define TIME_PARAMETER(a) v_all(a)
+#else
+#define LANES WIDTH
+typedef V S;
+typedef v_mask S_MASK;
+#define S_(name) v_##name
+#define LANE(a, i) (a)[i]
+#define CHOOSE(m, a, b) (((m) & (a)) | (~(m) & (b)))
+#define AS_S(a) (a)
+#define ONE_LANE(a, lane) v_all((a)[lane])
+#define TIME_VALUE V
+#define TIME_STRIDE BUNDLE
+#define TIME_PARAMETER(a) (a)
+#endif
+#include "stages.h"
+
+enum { RUNNING, SUCCESS, MAX_STEPS, STEP_TOO_SMALL, NON_FINITE_RATE, DIVERGED, EVENT, MAX_EVENTS, ZENO, EVENT_CHATTER };
+enum { OUTCOME, STEPS, REJECTED, EVALUATIONS, REACHED, STOP, EVENTS, LAST_EVENT, COUNTS };
+enum { TIME, SIZE, SMALLEST, LARGEST, FACTS };
+enum { SMOOTH, PAPER, FIXED };
+enum { DIRECTION, VARIABLE, LEAVE, ENTER, RESET, STOPS, SURFACE, CROSSING }; /* columns of the table of crossings; -1: none */
+enum { FIRST_FLAG, VALUES, FIRST_VALUE, MODE };                       /* columns of the table of mode variables */
+enum { LOWEST, HIGHEST, SUM, SQUARES, REDUCTIONS };
+
+/* A function (t, x, v, p) -> column from a library of its own: guards with their rates, states after resets, channels. */
+typedef struct {
+  int64_t values, outputs; /* numbers of what parameters fix, and of what comes out; no outputs: there is no such function */
+  void (*parameters)(const double *p, double *c);
+  void (*at)(const V *c, const V *t, const V *x, const V *v, V *out);
+} Observer;
+
+typedef struct {
+  int64_t jobs, samples, times_stride; /* stride 0: all jobs share their output times */
+  int64_t *next;                       /* job to take next, shared by all threads */
+  const double *p, *x0, *scale, *times; /* [jobs][NP], [jobs][NX], [jobs][NX], [jobs or 1][samples] */
+  double *states;                      /* [jobs][samples][NX], counted from x0, or NULL */
+  double *last;                        /* [jobs][2][NX]: where the run stands, and where a diverged step led to, from x0 */
+  double *extrema;                     /* [jobs][2][NX]: lowest and highest state from the first output time on, from x0 */
+  double *p_now;                       /* [jobs][NP]: parameters with the flags of the present modes, or NULL */
+  double *kept, *reduced;              /* channels: [jobs][samples][outputs] or NULL, [jobs][REDUCTIONS][outputs] */
+  int64_t *first_modes;                /* [jobs][variables]: where the run began */
+  int64_t *happened;                   /* [jobs][crossings]: events of each kind */
+  double *held;                        /* [jobs][all mode values]: time that each held */
+  int64_t *counts;                     /* [jobs][COUNTS]; the caller may set STOP */
+  double *facts;                       /* [jobs][FACTS] */
+  double begin, tolerance, first_step, largest_step, smallest_step, bound, correction; /* first_step 0: estimated */
+  double fixed_step;
+  int64_t rule, max_steps, max_events, log_limit; /* log_limit: events of each run that are logged */
+  Observer guards, resets, channels;   /* guards: values, then their rates */
+  const double *guard_floor, *guard_zero; /* [jobs][surfaces], [jobs][crossings]: sizes below which a guard need not be resolved, and is zero */
+  int64_t crossings, surfaces, variables, all_values, reads; /* reads: states that guards depend on */
+  const int64_t *crossing, *mode, *read; /* [crossings][CROSSING], [variables][MODE], [reads] */
+} Task;
+
+/* Events in the order in which a thread came upon them; emptied by the caller. */
+typedef struct {
+  int64_t room, used;
+  int64_t *job, *which;
+  double *time, *state; /* [room], [room][NX], before a reset */
+} Log;
+
+typedef struct {
+  double time;
+  int64_t crossing;
+} Found;
+
+enum { FOURS = (NX + 3) / 4 * 4 };
+
+typedef struct {
+  S k[SLOTS][NX]; /* slopes: that at the start first; END: that at the end */
+  S y_middle[NX], y_end[NX], middle_slope[NX];
+} Trial;
+
+typedef struct {
+  S c[NC + 1], x0[NX], inverse[NX], y[NX], low[NX], high[NX]; /* what stays between steps */
+  Trial now;                                                  /* the step that was tried last */
+  S base[NX], x[NX], gain[GAINS + 1][NX];
+  S measure[MEASURES][FOURS]; /* in scales: place, movement, errors; zeros behind */
+  V w[BUNDLES * BUNDLE * NW + 1];
+  S_MASK suspects;
+  S fresh; /* not 0: the lane has just started, and its guards may have other signs than their values */
+  S time, step, accepted, recording; /* as lanes see them */
+  double t[LANES], h[LANES], t_new[LANES], until[LANES], wanted[LANES], log_before[LANES], growth[LANES], end[LANES], floor[LANES];
+  double smallest[LANES], largest[LANES], kept_h[LANES], kept_t_new[LANES];
+  int64_t job[LANES], steps[LANES], tried[LANES], rejected[LANES], evaluations[LANES], reached[LANES], grid[LANES], doubling[LANES], halving[LANES], jumped[LANES];
+  double one_c[NC + 1], p[LANES][NP + 1];
+  double since[LANES], event_time[LANES], early[LANES], late[LANES];
+  int64_t quick[LANES], events[LANES], last_event[LANES], finds[LANES], leapt[LANES];
+  int dense_ready, dense_used[LANES];
+  V at_x[NX], at_v[NX], at_y[NX]; /* arguments of an observer */
+  Trial kept;                     /* the last step that passed, while a longer one is tried (rule PAPER) */
+  /* what follows in memory, for the guards and channels at hand */
+  V *guard_c, *lane_guard_c, *channel_c, *reset_c, *seen, *channel, *after;
+  S *guard[3], *sign, *active, *watched, *guard_floor;                                       /* guards and rates at start, middle, end; sign at start */
+  double *observer_c, *four; /* four: guards and rates at four times */
+  int64_t *modes, *fired;
+  Found *found;
+} Work;
+
+INLINE void put(S *a, int lane, double value) { ((double *)a)[lane] = value; }
+INLINE double get(const S *a, int lane) { return ((const double *)a)[lane]; }
+static double smaller(double a, double b) { return b < a ? b : a; }
+static double larger(double a, double b) { return b > a ? b : a; }
+static double ulp(double a) { return nextafter(fabs(a), INFINITY) - fabs(a); }
+
+/* The largest size, and the sum of squares, of what stands in an array of FOURS: four at a time, so that none waits for the other. A
+ * largest value hides NaN, a sum does not. */
+static S largest(const S *a) {
+  S most[4] = {S_(fabs)(a[0]), S_(fabs)(a[1]), S_(fabs)(a[2]), S_(fabs)(a[3])};
+  for (int i = 4; i < FOURS; i += 4)
+    for (int n = 0; n < 4; ++n) most[n] = S_(larger)(S_(fabs)(a[i + n]), most[n]);
+  return S_(larger)(S_(larger)(most[0], most[1]), S_(larger)(most[2], most[3]));
+}
+
+static S squares(const S *a) {
+  S sum[4] = {a[0] * a[0], a[1] * a[1], a[2] * a[2], a[3] * a[3]};
+  for (int i = 4; i < FOURS; i += 4)
+    for (int n = 0; n < 4; ++n) sum[n] = sum[n] + a[i + n] * a[i + n];
+  return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+}
+
+/* Lay out what follows a Work; with NULL only count the bytes. */
+static int64_t lay_out(const Task *task, char *memory, Work *k) {
+  int64_t used = 0, g = task->crossings, padded = g + WIDTH, most = task->guards.values;
+  if (task->channels.values > most) most = task->channels.values;
+  if (task->resets.values > most) most = task->resets.values;
+#define PLACE(name, kind, count) \
+  { if (memory) k->name = (kind *)(memory + used); used += ((int64_t)sizeof(kind) * (count) + 63) / 64 * 64; }
+  PLACE(guard_c, V, task->guards.values) PLACE(lane_guard_c, V, task->guards.values) PLACE(channel_c, V, task->channels.values)
+  PLACE(reset_c, V, task->resets.values) PLACE(seen, V, task->guards.outputs) PLACE(four, double, 4 * task->guards.outputs) PLACE(channel, V, task->channels.outputs)
+  PLACE(after, V, task->resets.outputs) PLACE(sign, S, padded) PLACE(guard_floor, S, padded) PLACE(active, S, padded) PLACE(watched, S, padded)
+  PLACE(guard[0], S, 2 * padded) PLACE(guard[1], S, 2 * padded) PLACE(guard[2], S, 2 * padded)
+  PLACE(observer_c, double, most) PLACE(modes, int64_t, LANES * task->variables) PLACE(fired, int64_t, LANES * g) PLACE(found, Found, LANES * 4 * g)
+#undef PLACE
+  return used;
+}
+
+/* Values of the time stage for the n-th new time of a step. */
+#define W_AT(k, n) ((const TIME_VALUE *)(k)->w + (n) / BUNDLE * BUNDLE * NW + (n) % BUNDLE)
+
+/* The time stage at all times of a step, and at one time (then W_AT(k, 0) holds it). */
+#ifdef SINGLE
+static void stage_times(Work *k, double t, double h, int times) {
+#if NW
+  for (int first = 0; first < times; first += BUNDLE) {
+    V at = v_all(t + h);
+    for (int n = 0; n < BUNDLE && first + n < times; ++n) at[n] = t + FRACTIONS[first + n] * h;
+    time_stage(k->c, at, k->w + first / BUNDLE * NW);
+  }
+#else
+  (void)k, (void)t, (void)h, (void)times;
+#endif
+}
+#else
+static void stage_times(Work *k, V t, V h, int times) {
+#if NW
+  for (int first = 0; first < times; first += BUNDLE) {
+    V at[BUNDLE];
+    for (int n = 0; n < BUNDLE; ++n) at[n] = first + n < times ? t + FRACTIONS[first + n] * h : t + h;
+    time_stage(k->c, at, k->w + first * NW);
+  }
+#else
+  (void)k, (void)t, (void)h, (void)times;
+#endif
+}
+#endif
+static void times_at(Work *k, S t, S h) { stage_times(k, t, h, TIMES); }
+static void time_at(Work *k, S t) { stage_times(k, t, S_(all)(0.0), 1); }

@@ -1,8 +1,10 @@
 """Time: from one right-hand side and numbers to a trajectory with a named ending.
 
 Stands below ``lowering`` and above ``analysis``. ``problem`` says what a solver sees and gives back, ``outcome`` how a run can
-end, ``registry`` which solvers there are. ``adaptive_rk4`` is the product's own (paper, Eq. 23-32) and shares its loop
-(``march``) with ``collocation``; ``cvodes``, ``idas``, ``erk`` and ``rosenbrock`` are CasADi's and share ``chunks``.
+end, ``registry`` which solvers there are. The product's own (``adaptive_rk4``, paper, Eq. 23-32; ``tableau_step`` for methods
+that are files of numbers) enter by ``explicit`` and share their loop (``march``) with ``collocation``; ``guards``, ``location``
+and ``events`` make it stop where something happens. The same in generated C: ``native`` and ``lanes``. ``cvodes``, ``idas``,
+``erk`` and ``rosenbrock`` are CasADi's and share ``chunks``.
 """
 
 from modelgen.solvers.case import Case

@@ -6,20 +6,14 @@ and to the first half alike and is the end slope of the step before. A rejected 
 
 from __future__ import annotations
 
-import contextlib
 import functools
 from collections.abc import Callable
 from typing import Any
 
 import casadi as ca
 
-from modelgen.errors import LoweringError
-from modelgen.solvers.coordinates import scaled_rate
-from modelgen.solvers.march import march
-from modelgen.solvers.native import solve_native
-from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Trajectory
-from modelgen.solvers.step_doubling import Method, step_doubling
-from modelgen.solvers.watch import Watch
+from modelgen.solvers.method import Method
+from modelgen.solvers.step_doubling import step_doubling
 
 ORDER = 4
 EVALUATIONS = 11  # 3 for the whole step, 3 + 4 for the halves, 1 for the slope at the end
@@ -49,16 +43,6 @@ def rk4_step(rate: ca.Function, extrapolate: bool = True) -> ca.Function:
     return step_doubling(rate, rk4_increment, ORDER, extrapolate)
 
 
-def solve_rk4(problem: InitialValueProblem, options: SolverOptions) -> Trajectory:
-    """Integrate by step doubling, with error control or fixed steps, and the rule of step sizes that the options name.
-
-    On the backend that they name too; "auto" takes generated C for what C can do where there is a compiler.
-    """
-    if options.backend == "c":
-        return solve_native(problem, options)
-    if options.backend == "auto" and options.rule == "smooth" and options.fixed_step is None:
-        with contextlib.suppress(LoweringError):
-            return solve_native(problem, options)
-    watch = Watch(options)  # building the step counts
-    step = rk4_step(scaled_rate(problem.rhs), options.extrapolate)
-    return march(problem, options, Method(step, ORDER, EVALUATIONS), watch)
+def rk4_method(rate: ca.Function, extrapolate: bool = True) -> Method:
+    """The step with what ``march`` needs to know of it."""
+    return Method(rk4_step(rate, extrapolate), ORDER + 1, EVALUATIONS)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from modelgen.equations import assemble
 from modelgen.errors import CaseError
-from modelgen.lowering import Compiled, lower
+from modelgen.lowering import Compiled, Section, lower
 from modelgen.model import Driveline
 from modelgen.units import finite
 
@@ -32,7 +32,8 @@ class Case:
     ``parameters``: values by name that differ from the model's own. ``start``: "static" (equilibrium under the mean torques),
     "zero" (uniform rotation, nothing twisted), or values of states by name on top of the static ones. ``samples`` outputs are
     equally spaced from ``record_from`` to ``end``; ``channels`` limits which are kept. ``tolerance`` is relative to the scale of
-    each state. ``options`` are those of the solver. Raises CaseError for what cannot be.
+    each state. ``options`` are those of the solver. ``sections``: channels whose passing of a value is to be located and logged.
+    Raises CaseError for what cannot be.
 
     >>> from modelgen import Driveline, Inertia, Shaft
     >>> line = Driveline("two_disks", elements=[
@@ -54,6 +55,7 @@ class Case:
     tolerance: float = 1e-6
     options: Mapping[str, Any] = field(default_factory=dict)
     seed: int = 0
+    sections: tuple[Section, ...] = ()
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -80,6 +82,12 @@ class Case:
             if self.model is not None:
                 for name in self.channels:
                     self.model.output_index(name)
+        put(self, "sections", tuple(self.sections))
+        for section in self.sections:
+            if not isinstance(section, Section):
+                raise CaseError("case, sections", f"hold a {type(section).__name__}", 'give Section("element.channel", value)')
+            if self.model is not None:
+                self.model.output_index(section.channel)
         for name in ("parameters", "options", "inputs"):
             put(self, name, MappingProxyType(dict(getattr(self, name))))
 
@@ -107,6 +115,7 @@ class Case:
             "tolerance": self.tolerance,
             "options": {key: _plain(value) for key, value in sorted(self.options.items()) if key not in ("progress", "cancel")},
             "seed": self.seed,
+            "sections": [asdict(section) for section in self.sections],
         }
 
     def digest(self) -> str:

@@ -17,9 +17,10 @@ import casadi as ca
 
 from modelgen.solvers.coordinates import scaled_rate, symbols_for
 from modelgen.solvers.march import march
+from modelgen.solvers.method import Method
 from modelgen.solvers.outcome import Outcome
 from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Trajectory
-from modelgen.solvers.step_doubling import Method, step_doubling
+from modelgen.solvers.step_doubling import step_doubling
 from modelgen.solvers.watch import Watch
 
 STAGES = 3
@@ -79,4 +80,4 @@ def solve_collocation(problem: InitialValueProblem, options: SolverOptions) -> T
     """Integrate by collocation elements of error-controlled or fixed size."""
     watch = Watch(options)  # building the step counts
     step = radau_step(scaled_rate(problem.rhs), options.tolerance, options.extrapolate)
-    return march(problem, options, Method(step, ORDER, EVALUATIONS, floor_outcome=Outcome.NEWTON_FAILED), watch)
+    return march(problem, options, Method(step, ORDER + 1, EVALUATIONS, floor_outcome=Outcome.NEWTON_FAILED), watch)

@@ -48,7 +48,8 @@ def scaled_rate(rhs: ca.Function) -> ca.Function:
 class ScaledProblem:
     """A problem in scaled coordinates: its rate function, the parameter vector of that, and the way back to states.
 
-    ``rates(t, y)`` evaluates y' numerically; ``states(y)`` gives x for one y (nx,) or a stack of them (n, nx).
+    The flags of the present modes stand in ``parameters``. ``rates(t, y)`` evaluates y' numerically;
+    ``states(y)`` gives x for one y (nx,) or a stack of them (n, nx).
     """
 
     def __init__(self, problem: InitialValueProblem) -> None:
@@ -56,9 +57,9 @@ class ScaledProblem:
         self.size = problem.x0.size
         self.rate = scaled_rate(problem.rhs)
         self.parameters = self.parameters_from(np.zeros(self.size))
-        self._time, self._y, self._q, self._ydot = np.zeros(1), np.zeros(self.size), self.parameters.copy(), np.zeros(self.size)
+        self._time, self._y, self._ydot = np.zeros(1), np.zeros(self.size), np.zeros(self.size)
         self._buffer, self._evaluate = self.rate.buffer()
-        for index, array in enumerate((self._time, self._y, self._q)):
+        for index, array in enumerate((self._time, self._y, self.parameters)):
             self._buffer.set_arg(index, array.data)
         self._buffer.set_res(0, self._ydot.data)
 

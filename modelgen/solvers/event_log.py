@@ -6,13 +6,16 @@ Part of ``solvers``; the virtual machine, one trajectory in C and lanes all hand
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
+import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from modelgen.lowering.switching import Switching
+from modelgen.lowering.switching import Crossing, ModeVariable, Switching
+
+_ARRAYS = ("times", "which", "states", "counts", "shares")
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +34,8 @@ class EventLog:
     """Events as arrays: ``times`` (n,) [s], ``which`` (n,) the crossing's number, ``states`` (n, nx) just before a reset.
 
     ``counts`` (number of crossings,) of all events, logged or not; ``shares`` (number of flags,) the part of the time from the
-    first output to the last that each mode held, in the order of ``switching.value_names()``.
+    first output to the last that each mode held, in the order of ``switching.value_names()``. ``start``: the value of each mode
+    variable when the run began.
     """
 
     switching: Switching
@@ -40,6 +44,7 @@ class EventLog:
     states: NDArray[np.float64]
     counts: NDArray[np.int64]
     shares: NDArray[np.float64]
+    start: tuple[int, ...] = ()
 
     def __len__(self) -> int:
         return len(self.times)
@@ -59,3 +64,50 @@ class EventLog:
     def rows(self) -> list[tuple[Any, ...]]:
         """(time, name, from, to) of every event, for tables."""
         return [(event.time, event.name, event.leave, event.enter) for event in (self[k] for k in range(len(self)))]
+
+    def counted(self) -> dict[str, int]:
+        """Number of events of each guard that fired, by name; a name that leads on from several modes says from where."""
+        names = [crossing.name for crossing in self.switching.crossings]
+        counts: dict[str, int] = {}
+        for index, (name, count) in enumerate(zip(names, self.counts.tolist(), strict=True)):
+            crossing = self.switching.crossings[index]
+            if count and names.count(name) > 1 and crossing.variable is not None and crossing.leave is not None:
+                name = f"{name} from {self.switching.modes[crossing.variable].values[crossing.leave]}"
+            if count:
+                counts[name] = counts.get(name, 0) + count
+        return counts
+
+    def __str__(self) -> str:
+        """Counts and shares in one line."""
+        total = int(self.counts.sum())
+        counts = ", ".join(f"{count} {name}" for name, count in self.counted().items())
+        shares = ", ".join(f"{name} {share:.2%}" for name, share in self.share().items())
+        return f"{total} event{'' if total == 1 else 's'}" + f": {counts}" * bool(counts) + f"; {shares}" * bool(shares)
+
+    def modes(self, times: NDArray[np.float64]) -> NDArray[np.int64]:
+        """The value of each mode variable (n, variables) at the given increasing times; at an event, that before it."""
+        steps = [np.array(self.start, dtype=np.int64)]
+        for number in self.which.tolist():
+            crossing, values = self.switching.crossings[number], steps[-1]
+            if crossing.variable is not None and crossing.enter is not None:
+                values = values.copy()
+                values[crossing.variable] = crossing.enter
+            steps.append(values)
+        return np.array(steps).reshape(len(steps), -1)[np.searchsorted(self.times, times, side="left")]
+
+    def head(self) -> dict[str, Any]:
+        """Names and directions as plain data, for saving; the rest are ``arrays``."""
+        modes, crossings = (list(map(asdict, each)) for each in (self.switching.modes, self.switching.crossings))
+        return {"modes": modes, "crossings": crossings, "start": list(self.start)}
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """The numbers, for saving, by names that ``read`` knows."""
+        return {f"event_{name}": getattr(self, name) for name in _ARRAYS}
+
+    @classmethod
+    def read(cls, head: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> EventLog:
+        """A log from what was saved. Its guards have names, but no function any more."""
+        modes = tuple(ModeVariable(**{**each, "values": tuple(each["values"])}) for each in head["modes"])
+        crossings = tuple(Crossing(**each) for each in head["crossings"])
+        switching = Switching(modes, crossings, ca.Function("guards", [], []), p_size=0)
+        return cls(switching, **{name: arrays[f"event_{name}"] for name in _ARRAYS}, start=tuple(head["start"]))

@@ -9,6 +9,7 @@ Differential Equations I, II.4).
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,15 +17,20 @@ import numpy as np
 from modelgen.solvers.coordinates import ScaledProblem
 from modelgen.solvers.dense_output import DenseOutput
 from modelgen.solvers.diagnosis import chatter, explain
+from modelgen.solvers.events import Events, Restart
+from modelgen.solvers.guards import BoundGuards
+from modelgen.solvers.method import BoundStep, Method
 from modelgen.solvers.outcome import Ending, Outcome
 from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Statistics, Trajectory
-from modelgen.solvers.step_doubling import BoundStep, Method
 from modelgen.solvers.watch import Watch
 
 SAFETY = 0.9
 LARGEST_GROWTH, SMALLEST_SHRINK = 5.0, 0.2
 PRESENT, PAST = 0.85, 0.2  # shares of the two errors; fewest evaluations on gear trains and backlash among 1/0, 0.85/0.2, 0.7/0.4
 SOON, RARELY = 64, 512  # steps before the first look for chatter, and between later ones (1 % of the time)
+
+
+Trial = tuple[BoundStep, BoundGuards | None]
 
 
 class _StopError(Exception):
@@ -43,16 +49,22 @@ class _March:
         self.scaled = ScaledProblem(problem)
         self.t, self.end = problem.t0, float(problem.times[-1])
         self.state = np.zeros((2, self.scaled.size))
-        self.trial = BoundStep(method.step, self.state, self.scaled.parameters)
-        self.output = DenseOutput(problem.times, problem.t0, self.scaled.size)
+        self.events = Events(problem.switching, self.scaled, method, options) if problem.switching is not None else None
+        self.trial = self.bound_step()
+        self.output = DenseOutput(problem.times, problem.t0, self.scaled.size, method.interpolant)
         budget = options.budget
         self.floor = max(budget.smallest_step * problem.horizon, 4 * math.ulp(max(abs(self.t), abs(self.end))))
         self.ceiling = options.largest_step or math.inf
         self.limit = budget.bound**2
         self.steps = self.tried = self.rejected = 0
-        self.evaluations = 1
+        self.evaluations = 0
         self.smallest, self.largest = math.inf, 0.0
         self.next_check = SOON
+
+    def bound_step(self) -> tuple[BoundStep, BoundGuards | None]:
+        """A step bound to the state of the run, with the guards over it."""
+        bound = BoundStep(self.method, self.state, self.scaled.parameters)
+        return bound, self.events.bind(bound) if self.events is not None else None
 
     def run(self) -> Trajectory:
         """Go to the end, or to whatever stops the run before."""
@@ -71,17 +83,35 @@ class _March:
             smallest_step=self.smallest if self.steps else None,
             largest_step=self.largest if self.steps else None,
         )
-        return self.scaled.trajectory(self.output.reached(), ending, cost)
+        trajectory = self.scaled.trajectory(self.output.reached(), ending, cost)
+        return trajectory if self.events is None else replace(trajectory, events=self.events.log(self.t))
 
     def go(self) -> None:
         """Start, and step to the end by the rule of the options."""
-        self.state[1] = self.scaled.rates(self.t, self.state[0])
-        if not np.isfinite(self.state[1]).all():
-            raise _StopError(self.explain(self.floor, Outcome.NON_FINITE_RATE))
+        if self.events is not None:
+            self.restart(self.events.begin(self.t, self.state[0].copy()))
+        else:
+            self.new_slope()
         if self.options.fixed_step is not None:
             self.fixed(self.options.fixed_step)
         else:
             {"smooth": self.smooth, "paper": self.paper}[self.options.rule]()
+
+    def new_slope(self) -> None:
+        """The slope where the run stands."""
+        self.evaluations += 1
+        self.state[1] = self.scaled.rates(self.t, self.state[0])
+        if not np.isfinite(self.state[1]).all():
+            raise _StopError(self.explain(self.floor, Outcome.NON_FINITE_RATE))
+
+    def restart(self, found: Restart) -> None:
+        """Go on from an event, or end there."""
+        assert self.events is not None
+        self.t, self.state[0] = found.time, found.y
+        if found.ending is not None:
+            raise _StopError(found.ending)
+        self.new_slope()
+        self.events.restart(self.t, *self.state)
 
     def explain(self, step: float, fallback: Outcome, **facts: Any) -> Ending:
         budgets: dict[Outcome, float] = {
@@ -93,8 +123,9 @@ class _March:
             **{"tolerance": self.options.tolerance, "budget": budgets.get(fallback, math.nan), **facts},
         )
 
-    def attempt(self, bound: BoundStep, h: float) -> float:
+    def attempt(self, step: Trial, h: float) -> float:
         """Try one step; its error in units of the tolerance, infinite if it left the numbers or the bound."""
+        bound, guards = step
         self.tried += 1
         if self.tried > self.options.budget.max_steps:
             self.tried -= 1
@@ -104,16 +135,20 @@ class _March:
         bound.time[0], bound.size[0] = self.t, h
         bound.measures[1] = math.nan  # an evaluation that fails leaves it
         bound.evaluate()
-        difference, guard = bound.measures.tolist()
-        if guard <= self.limit:
-            return difference / self.options.tolerance
-        if not math.isfinite(guard):
-            return math.inf
+        difference, total = bound.measures.tolist()
         error = difference / self.options.tolerance
-        believed = error <= 1 or self.options.fixed_step is not None
-        if believed and np.abs(bound.nodes[2]).max() > self.options.budget.bound:
-            raise _StopError(self.explain(h, Outcome.DIVERGED, beyond=bound.nodes[2].copy()))
-        return error
+        if not total <= self.limit:
+            if not math.isfinite(total):
+                return math.inf
+            believed = error <= 1 or self.options.fixed_step is not None
+            if believed and np.abs(bound.nodes[-2]).max() > self.options.budget.bound:
+                raise _StopError(self.explain(h, Outcome.DIVERGED, beyond=bound.nodes[-2].copy()))
+        if guards is None or (error > 1 and self.options.fixed_step is None):
+            return error
+        if bound.method.extra is not None:
+            self.evaluations += bound.complete()
+        unresolved = guards.watch()
+        return max(error, unresolved)
 
     def look(self, h: float) -> None:
         horizon = self.scaled.problem.horizon
@@ -127,23 +162,36 @@ class _March:
         """Count a rejected step; the size to try next, unless it would be too small."""
         self.rejected += 1
         if h < self.floor:
-            failed = self.method.floor_outcome if math.isnan(self.trial.measures[1]) else Outcome.STEP_TOO_SMALL
+            failed = self.method.floor_outcome if math.isnan(self.trial[0].measures[1]) else Outcome.STEP_TOO_SMALL
             raise _StopError(self.explain(self.floor, failed))
         return h
 
-    def accept(self, bound: BoundStep, t_new: float, h: float) -> None:
-        """Take the step over: outputs, statistics, and the state of the next one."""
-        if self.output.next_time <= t_new:
-            self.output.record(self.t, t_new, self.state, bound.nodes)
-        self.state[:] = bound.nodes[2:]
-        self.t = t_new
+    def accept(self, step: Trial, t_new: float, h: float) -> bool:
+        """Take the step over: outputs, statistics, and the state of the next one; whether an event cut it."""
+        bound, guards = step
+        cut = None
+        if self.events is not None and guards is not None:
+            if guards.suspicious or self.events.unsettled:
+                cut = self.events.advance(guards, self.t, h, t_new)
+            else:
+                np.copyto(self.events.start, guards.end)
+        until = t_new if cut is None else cut.time
+        if self.output.next_time <= until:
+            self.evaluations += bound.complete()
+            self.output.record(self.t, h, until, self.state, bound.nodes)
         self.steps += 1
         self.largest = max(self.largest, h)
         self.smallest = min(self.smallest, h)
-        if self.steps == self.next_check:
+        if cut is not None:
+            self.restart(cut)
+            return True
+        self.state[:] = bound.nodes[-2:]
+        self.t = t_new
+        if self.steps >= self.next_check:
             self.next_check += min(self.steps, RARELY)
             if (found := chatter(self.scaled, t_new, self.state[0].copy(), h)) is not None:
                 raise _StopError(found)
+        return False
 
     def clip(self, h: float) -> tuple[float, float]:
         """A size at most as large as wanted, and the time that it leads to: no sliver is left before the end."""
@@ -166,12 +214,12 @@ class _March:
         size = max(unit * speed, unit * float(np.abs(bend).max()))
         if not math.isfinite(size):
             return self.floor
-        factor = (0.01 * self.options.tolerance / size) ** (1 / (self.method.order + 1)) if size > 0 else 100.0
+        factor = (0.01 * self.options.tolerance / size) ** (1 / self.method.control) if size > 0 else 100.0
         return unit * min(100.0, factor)
 
     def smooth(self) -> None:
         """Step sizes in proportion to the error to the power -1/(p+1), damped by the error of the step before."""
-        exponent = 1 / (self.method.order + 1)
+        exponent = 1 / self.method.control
         h, before = max(self.first_size(), self.floor), 1.0
         while self.t < self.end:
             h, t_new = self.clip(h)
@@ -180,7 +228,9 @@ class _March:
                 factor = SAFETY * error**-exponent if error < math.inf else 0.0
                 h, t_new = self.clip(self.reject(h * max(SMALLEST_SHRINK, factor)))
                 growth = 1.0  # not at once after a rejection
-            self.accept(self.trial, t_new, h)
+            if self.accept(self.trial, t_new, h):
+                before = 1.0
+                continue
             error = max(error, 1e-10)
             factor = SAFETY * error ** (-PRESENT * exponent) * before ** (PAST * exponent)
             h = max(self.floor, h * min(growth, max(SMALLEST_SHRINK, factor)))
@@ -188,7 +238,7 @@ class _March:
 
     def paper(self) -> None:
         """Halve until the error is below the tolerance; else double until it is above, and take the last step that passed."""
-        other = BoundStep(self.method.step, self.state, self.scaled.parameters)
+        other = self.bound_step()
         h = max(self.first_size(), self.floor)
         while self.t < self.end:
             h, t_new = self.clip(h)
@@ -212,12 +262,13 @@ class _March:
             no_numbers = Outcome.DIVERGED
         for index in range(1, count + 1):
             t_new = start + span * (index / count) if index < count else self.end
-            h = t_new - self.t
-            if self.attempt(self.trial, h) == math.inf:
-                raise _StopError(self.explain(h, no_numbers))
-            self.accept(self.trial, t_new, h)
+            while self.t < t_new:  # again after an event, with a short step
+                h = t_new - self.t
+                if self.attempt(self.trial, h) == math.inf:
+                    raise _StopError(self.explain(h, no_numbers))
+                self.accept(self.trial, t_new, h)
 
 
 def march(problem: InitialValueProblem, options: SolverOptions, method: Method, watch: Watch) -> Trajectory:
-    """Integrate a problem with a step-doubling step, by the rule of step sizes that the options name."""
+    """Integrate a problem with a step that measures its error, by the rule of step sizes that the options name."""
     return _March(problem, options, method, watch).run()

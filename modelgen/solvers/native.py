@@ -1,82 +1,70 @@
-"""Runs in generated C: the memory of the loop, a watch on it, and an ending with a name.
+"""Runs in generated C: a watch on them, and an ending with a name.
 
-Part of ``solvers``; the loop itself is ``lowering/native/solver.h``, with the step sizes of ``march`` (rule "smooth") and the
-outputs of ``dense_output``. Here its memory is laid out, its workers are watched (wall clock, cancellation, chatter), and what
-stopped a run is explained at the last good state, on CasADi's virtual machine. ``lanes`` runs many problems through the same
-loop.
+Part of ``solvers``; the loop itself is ``lowering/native/solver.h``, with the step sizes of ``march``, the outputs of
+``dense_output`` and the events of ``events``; its memory is laid out in ``native_memory``. Here its workers are watched (wall
+clock, cancellation, chatter), and what stopped a run is explained at the last good state, on CasADi's virtual machine. ``lanes``
+runs many problems through the same loop.
 """
 
 from __future__ import annotations
 
-import ctypes
+import dataclasses
 import math
 import threading
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
+from numpy.typing import NDArray
 
 from modelgen.errors import CaseError
 from modelgen.lowering.native import NativeSolver, native_solver
-from modelgen.lowering.native.library import COUNTS, FACTS, OUTCOMES, Task
+from modelgen.lowering.native.task import COUNTS, OUTCOMES
+from modelgen.lowering.switching import Switching
 from modelgen.solvers.coordinates import ScaledProblem
 from modelgen.solvers.diagnosis import chatter, explain
+from modelgen.solvers.event_log import EventLog
+from modelgen.solvers.gather import Gather
+from modelgen.solvers.native_memory import UNTOUCHED, NativeLog, NativeMemory
 from modelgen.solvers.outcome import Ending, Outcome
-from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Statistics, Trajectory
+from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Statistics, Trajectory, Vector
 from modelgen.solvers.watch import PERIOD, Watch
 
 FIRST_STRETCH = 64  # steps before the first look for chatter; doubled until a stretch takes half as long as the watch allows
-UNTOUCHED = -1
+EVENT_OUTCOMES = (Outcome.EVENT, Outcome.MAX_EVENTS, Outcome.ZENO, Outcome.EVENT_CHATTER)
 
 
-def solve_native(problem: InitialValueProblem, options: SolverOptions) -> Trajectory:
-    """Integrate one problem in generated C: the same steps as ``solve_rk4`` with the rule "smooth", but for rounding.
+def solve_native(problem: InitialValueProblem, options: SolverOptions, method: str = "rk4") -> Trajectory:
+    """Integrate one problem in generated C: the steps and events of the same method on the virtual machine, but for rounding.
 
     Raises CaseError for an option that has no C, NoCompilerError without a compiler, LoweringError for an operation without C.
     """
     watch = Watch(options)  # building counts
-    runs = NativeRuns(native_solver(problem.rhs), [problem], options, watch)
+    runs = NativeRuns(native_solver(problem.rhs, method=method), [problem], options, watch, method=method)
     runs.go(threads=1)
     return runs.trajectory(0)
 
 
 class NativeRuns:
-    """The arrays that C reads and writes, and the endings of the runs."""
+    """Some runs of one model, by any number of workers, and their endings."""
 
     def __init__(
-        self, solver: NativeSolver, problems: Sequence[InitialValueProblem], options: SolverOptions, watch: Watch
+        self,
+        solver: NativeSolver,
+        problems: Sequence[InitialValueProblem],
+        options: SolverOptions,
+        watch: Watch,
+        gather: Gather | None = None,
+        method: str = "rk4",
     ) -> None:
-        _check(problems, options)
+        _check(problems, options, method)
         self.solver, self.problems, self.options, self.watch = solver, problems, options, watch
-        jobs, samples, n = len(problems), problems[0].times.size, solver.states
-        shared = all(np.array_equal(each.times, problems[0].times) for each in problems)
-        self.p, self.x0, self.scale = (np.array([getattr(each, name) for each in problems]) for name in ("p", "x0", "scale"))
-        self.times = np.array([each.times for each in problems[: 1 if shared else jobs]])
-        self.states, self.last, self.extrema = np.zeros((jobs, samples, n)), np.zeros((jobs, 2, n)), np.full((jobs, 2, n), np.nan)
-        self.counts, self.facts = np.zeros((jobs, len(COUNTS)), dtype=np.int64), np.zeros((jobs, len(FACTS)))
-        self.counts[:, 0] = UNTOUCHED
-        self.next = np.zeros(1, dtype=np.int64)
+        self.gather = gather or Gather()
+        self.memory = NativeMemory(solver, problems, options, self.gather, 1 / 15 if options.extrapolate else 0.0)
         self.endings: dict[int, Ending] = {}
+        self.events: dict[int, list[tuple[Vector, NDArray[np.int64], Vector]]] = {}
         self.stopped: Outcome | None = None
         self.guard = threading.Lock()
-        budget = options.budget
-        self.task = Task(
-            jobs=jobs,
-            samples=samples,
-            times_stride=0 if shared else samples,
-            next=self.next.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),
-            counts=self.counts.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),
-            begin=problems[0].t0,
-            tolerance=options.tolerance,
-            first_step=options.first_step or 0.0,
-            largest_step=options.largest_step or math.inf,
-            smallest_step=budget.smallest_step,
-            bound=budget.bound,
-            correction=1 / 15 if options.extrapolate else 0.0,
-            max_steps=int(budget.max_steps),
-        )
-        for name in ("p", "x0", "scale", "times", "states", "last", "extrema", "facts"):
-            setattr(self.task, name, getattr(self, name).ctypes.data_as(ctypes.POINTER(ctypes.c_double)))
 
     def go(self, threads: int) -> None:
         """Run everything, by so many workers."""
@@ -95,16 +83,19 @@ class NativeRuns:
 
     def work(self) -> None:
         """One worker: stretches of steps, with a look at the watch and for chatter in between."""
-        work, stretch, looks = self.solver.workspace(), FIRST_STRETCH, 0
+        task, log = self.memory.task, self.memory.log()
+        work, stretch, looks = self.solver.workspace(task), FIRST_STRETCH, 0
         while True:
             start = self.watch.clock()
-            if not self.solver.run(self.task, work, stretch) or self.stopped is not None:
-                return
+            going = self.solver.run(task, work, log.record, stretch)
             growing = self.watch.clock() - start < PERIOD / 2
             if growing:
                 stretch *= 2
             with self.guard:
-                if self.stopped is None and self.watch.clock() >= self.watch.next_look:
+                self.read(log)
+                if not going or self.stopped is not None:
+                    return
+                if self.watch.clock() >= self.watch.next_look:
                     self.stopped = self.watch.look(self.fraction())
                 if self.stopped is not None:
                     return
@@ -112,72 +103,119 @@ class NativeRuns:
                 for job in jobs if growing else [jobs[looks % len(jobs)]]:
                     self.look_for_chatter(job)
 
+    def read(self, log: NativeLog) -> None:
+        """Take over the events that a worker has noted."""
+        if log.record.used:
+            log.empty(self.events)
+
+    def scaled(self, job: int) -> ScaledProblem:
+        """The problem of a run in scaled coordinates, in the modes in which it stands."""
+        problem = self.problems[job]
+        if self.memory.p_now is not None:
+            problem = dataclasses.replace(problem, p=self.memory.p_now[job])
+        return ScaledProblem(problem)
+
     def look_for_chatter(self, job: int) -> None:
         """End a run that chatters where it stands."""
         if job < 0:
             return
-        scaled = ScaledProblem(self.problems[job])
-        found = chatter(
-            scaled, float(self.facts[job, 0]), self.last[job, 0] / self.problems[job].scale, float(self.facts[job, 1])
-        )
+        memory = self.memory
+        place = memory.last[job, 0] / self.problems[job].scale
+        found = chatter(self.scaled(job), float(memory.facts[job, 0]), place, float(memory.facts[job, 1]))
         if found is not None:
             self.endings[job] = found
-            self.counts[job, COUNTS.index("stop")] = 1
+            memory.counts[job, COUNTS.index("stop")] = 1
 
     def fraction(self) -> float:
         """The part of all simulated time that is done."""
         done = 0.0
         for job, problem in enumerate(self.problems):
-            if self.counts[job, 0] != UNTOUCHED:
-                done += (self.facts[job, 0] - problem.t0) / problem.horizon if problem.horizon > 0 else 1.0
+            if self.memory.counts[job, 0] != UNTOUCHED:
+                done += (self.memory.facts[job, 0] - problem.t0) / problem.horizon if problem.horizon > 0 else 1.0
         return done / len(self.problems)
 
     def trajectory(self, job: int) -> Trajectory:
         """What a run has reached, with its ending."""
-        problem = self.problems[job]
-        scaled = ScaledProblem(problem)
-        _, steps, rejected, evaluations, reached, _ = (int(each) for each in self.counts[job])
+        problem, memory = self.problems[job], self.memory
+        scaled = self.scaled(job)
+        _, steps, rejected, evaluations, reached, _, _, _ = (int(each) for each in memory.counts[job])
         ending = self.endings.get(job) or self.ending(job, scaled)
         cost = Statistics(
             steps=steps,
             rejected=rejected,
             evaluations=evaluations,
             seconds=self.watch.seconds,
-            smallest_step=float(self.facts[job, 2]) if steps else None,
-            largest_step=float(self.facts[job, 3]) if steps else None,
+            smallest_step=float(memory.facts[job, 2]) if steps else None,
+            largest_step=float(memory.facts[job, 3]) if steps else None,
         )
-        return scaled.trajectory(self.states[job, :reached] / problem.scale, ending, cost)
+        events = self.event_log(job)
+        if memory.states is None:
+            time = problem.t0 if memory.counts[job, 0] == UNTOUCHED else float(memory.facts[job, 0])
+            place = (problem.x0 + memory.last[job, 0])[None]
+            return Trajectory(np.array([time]), place, *ending, cost, events)
+        run = scaled.trajectory(memory.states[job, :reached] / problem.scale, ending, cost)
+        return dataclasses.replace(run, events=events) if events is not None else run
+
+    def event_log(self, job: int) -> EventLog | None:
+        """The events of a run, in order."""
+        memory, problem = self.memory, self.problems[job]
+        if memory.switching is None:
+            return None
+        parts = self.events.get(job, [])
+        times = np.concatenate([np.zeros(0), *(part[0] for part in parts)])
+        which = np.concatenate([np.zeros(0, dtype=np.int64), *(part[1] for part in parts)])
+        states = np.concatenate([np.zeros((0, problem.x0.size)), *(part[2] for part in parts)])
+        if memory.happened is None or memory.held is None or memory.p_now is None:
+            return EventLog(memory.switching, times, which, states, np.zeros(0, dtype=np.int64), np.zeros(0))
+        total = float(memory.facts[job, 0]) - float(problem.times[0])
+        shares = memory.held[job] / total if total > 0 else flags(memory.switching, memory.p_now[job])
+        start = tuple(memory.first_modes[job].tolist())
+        return EventLog(memory.switching, times, which, states, memory.happened[job], shares, start)
 
     def ending(self, job: int, scaled: ScaledProblem) -> Ending:
         """How a run ended: in C, or because all were stopped."""
-        problem, code = self.problems[job], int(self.counts[job, 0])
+        problem, memory = self.problems[job], self.memory
+        code = int(memory.counts[job, 0])
         if code != UNTOUCHED and OUTCOMES[code] == "SUCCESS":
             return Ending(Outcome.SUCCESS, Outcome.SUCCESS.sentence(time=float(problem.times[-1])))
-        t = problem.t0 if code == UNTOUCHED else float(self.facts[job, 0])
+        t = problem.t0 if code == UNTOUCHED else float(memory.facts[job, 0])
         outcome = self.stopped if code == UNTOUCHED or OUTCOMES[code] == "RUNNING" else Outcome[OUTCOMES[code]]
         assert outcome is not None
+        budget = self.options.budget
         if outcome is Outcome.CANCELLED:
             return Ending(outcome, outcome.sentence(time=t))
-        y, beyond = self.last[job] / problem.scale
-        budgets = {Outcome.MAX_STEPS: self.options.budget.max_steps, Outcome.MAX_TIME: self.options.budget.max_seconds}
+        if outcome in EVENT_OUTCOMES:
+            assert problem.switching is not None
+            name = problem.switching.crossings[int(memory.counts[job, COUNTS.index("last_event")])].name
+            return Ending(outcome, outcome.sentence(time=t, event=name, budget=budget.max_events))
+        y, beyond = memory.last[job] / problem.scale
+        budgets = {Outcome.MAX_STEPS: budget.max_steps, Outcome.MAX_TIME: budget.max_seconds}
         return explain(
-            *(scaled, t, y, float(self.facts[job, 1]), outcome),
+            *(scaled, t, y, float(memory.facts[job, 1]), outcome),
             beyond=beyond if outcome is Outcome.DIVERGED else None,
             tolerance=self.options.tolerance,
             budget=budgets.get(outcome, math.nan),
         )
 
 
-def _check(problems: Sequence[InitialValueProblem], options: SolverOptions) -> None:
+def flags(switching: Switching, p: Vector) -> Vector:
+    """The flags of all modes in a vector of parameters, in the order of ``value_names``."""
+    return np.concatenate([np.zeros(0), *(p[mode.first : mode.first + len(mode.values)] for mode in switching.modes)])
+
+
+def _check(problems: Sequence[InitialValueProblem], options: SolverOptions, method: str) -> None:
     first = problems[0]
     for index, each in enumerate(problems):
         if each.rhs is not first.rhs:
             raise CaseError(
                 f"lanes, problem {index}", "has another right-hand side than the first", "run other models by themselves"
             )
+        if each.switching is not first.switching:
+            raise CaseError(
+                f"lanes, problem {index}", "has other guards than the first", "share one switching, or run it by itself"
+            )
         if each.t0 != first.t0 or each.times.size != first.times.size:
             found = f"starts at {each.t0:g} s with {each.times.size} output times"
             raise CaseError(f"lanes, problem {index}", found, f"the first starts at {first.t0:g} s with {first.times.size}")
-    if options.fixed_step is not None or options.rule != "smooth":
-        given = f"fixed_step = {options.fixed_step!r}" if options.fixed_step is not None else f"rule = {options.rule!r}"
-        raise CaseError("native solver", f"has no use for {given}", 'leave it out, or take backend "vm"')
+    if options.rule == "paper" and method != "rk4":
+        raise CaseError("native solver", f"has no rule 'paper' for {method!r}", "it belongs to step doubling: take rk4")

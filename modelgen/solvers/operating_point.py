@@ -7,7 +7,6 @@ meshes on the flank that the mean torque presses.
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -19,6 +18,7 @@ from modelgen.errors import BalanceError
 from modelgen.lowering import Compiled
 from modelgen.lowering.parameters import MODAL
 from modelgen.solvers.equilibrium import Coordinates, linear_model, mean_torque, own_start, static_angles
+from modelgen.solvers.sampled_turn import sampled_turn
 
 Array = NDArray[np.float64]
 SAMPLES = 2048  # of one turn of each clock: exact for Fourier rows below this order
@@ -94,16 +94,9 @@ def mean_values(model: Compiled, p: Array) -> Array:
     stated, explicit = (np.asarray(each).ravel() for each in model.mean_model["means"](p))
     if explicit.all():
         return stated
-    clocks = len(model.equations.clocks)
-    angles = np.tile(np.arange(SAMPLES) * (2 * np.pi / SAMPLES), (clocks, 1))
-    sampled = np.asarray(sampled_time(model)(angles, np.zeros((1, SAMPLES)), p)).mean(axis=1)
-    return np.where(explicit > 0, stated, sampled)
-
-
-@functools.lru_cache(maxsize=8)
-def sampled_time(model: Compiled) -> Any:
-    """The quantities that vary with time only, as one call over all samples of a turn; made once per model."""
-    return model.mean_model["timed"].map(SAMPLES)
+    rows = np.flatnonzero(explicit == 0)
+    stated[rows] = sampled_turn(model, SAMPLES, tuple(rows.tolist()))(p).mean(axis=1)
+    return stated
 
 
 def _balance(model: Compiled, p: Array, fixed: set[str]) -> None:

@@ -47,8 +47,8 @@ class Outcome(enum.Enum):
         "step, however small; smooth the law that switches there, or model sticking as an event"
     )
     MAX_EVENTS = (
-        "stopped at t = {time:.9g} s: the budget of {budget:.9g} events is used up (the last was '{event}'); raise max_events, or "
-        "smooth the law that switches there"
+        "stopped at t = {time:.9g} s: the budget of {budget:.9g} events is used up (the next is '{event}'); raise max_events, "
+        "or smooth the law that switches there"
     )
     ZENO = (
         "stopped at t = {time:.9g} s: events of '{event}' follow each other ever faster and accumulate there; the model has no "

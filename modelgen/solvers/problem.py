@@ -151,8 +151,9 @@ class Budget:
     """What a run may cost and how far it may stray; exceeding it ends the run with a named outcome, never with an error.
 
     ``max_steps`` tried, accepted or not; ``max_seconds`` of wall clock; ``smallest_step`` as a fraction of the horizon;
-    ``bound``: a state further than bound * scale from its start has diverged. ``max_events`` located. The fraction and the bound are meant to catch what
-    is hopeless, not what is unusual. (CasADi's integrators take steps in chunks; their count is looked at between chunks.)
+    ``bound``: a state further than bound * scale from its start has diverged; ``max_events`` located. The fraction and the bound
+    are meant to catch what is hopeless, not what is unusual. (CasADi's integrators take steps in chunks; their count is looked at
+    between chunks.)
     """
 
     max_steps: int = 20_000_000
@@ -182,8 +183,8 @@ class SolverOptions:
     divided into equal steps of at most this size. ``rule``: "smooth", or the paper's halving and doubling.
     ``backend``: CasADi's virtual machine ("vm"), generated C ("c"), or C where there is a compiler ("auto"). ``extrapolate``: add
     Eq. 31's difference to the result, which raises the order by one. ``events``: "on" locates every change of mode and restarts
-    there, "off" leaves continuous kinks to the error control, "auto" is on where a law jumps. ``progress`` is called with the fraction done, ``cancel``
-    returns True to stop; both some twenty times a second.
+    there, "off" leaves continuous kinks to the error control, "auto" is on where a law jumps. ``progress`` is called with the
+    fraction done, ``cancel`` returns True to stop; both some twenty times a second.
     """
 
     tolerance: float

@@ -5,39 +5,59 @@ Part of ``solvers``; the command line and ``simulate`` choose from ``SOLVERS`` b
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from types import MappingProxyType
 
 from modelgen.errors import CaseError, nearest
-from modelgen.solvers.adaptive_rk4 import solve_rk4
 from modelgen.solvers.collocation import solve_collocation
 from modelgen.solvers.cvodes import solve_cvodes
 from modelgen.solvers.erk import solve_erk
+from modelgen.solvers.explicit import solve_explicit
 from modelgen.solvers.idas import solve_idas
 from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Trajectory
 from modelgen.solvers.rosenbrock import solve_rosenbrock
 
-EVERY = frozenset({"tolerance", "first_step", "largest_step", "budget", "progress", "cancel"})
+EVERY = frozenset({"tolerance", "first_step", "largest_step", "budget", "events", "progress", "cancel"})
 
 
 @dataclass(frozen=True)
 class Solver:
-    """A solver: what runs it, its order, one line about it, and the options that it has use for beside those of every solver."""
+    """A solver: what runs it, its order, one line about it, the options that it has use for beside those of every solver.
+
+    ``locates_events``: finds where a mode changes, and starts anew there.
+    """
 
     run: Callable[[InitialValueProblem, SolverOptions], Trajectory]
     order: int
     description: str
     extra_options: frozenset[str] = frozenset()
+    locates_events: bool = False
 
 
 SOLVERS: Mapping[str, Solver] = MappingProxyType(
     {
         "rk4": Solver(
-            solve_rk4,
+            solve_explicit,
             4,
             "Runge-Kutta 4 with step doubling, the paper's (explicit; order 5 with extrapolation)",
             frozenset({"fixed_step", "rule", "extrapolate", "backend"}),
+            locates_events=True,
+        ),
+        "dopri5": Solver(
+            functools.partial(solve_explicit, method="dopri5"),
+            5,
+            "Dormand-Prince 5(4) (explicit, cheap steps)",
+            frozenset({"fixed_step", "rule", "backend"}),
+            locates_events=True,
+        ),
+        "dop853": Solver(
+            functools.partial(solve_explicit, method="dop853"),
+            8,
+            "Dormand-Prince 8(5,3), of order 8 (explicit, for tight tolerances)",
+            frozenset({"fixed_step", "rule", "backend"}),
+            locates_events=True,
         ),
         "cvodes": Solver(solve_cvodes, 5, "CVODES: backward differentiation of order 1 to 5 (implicit, for stiff models)"),
         "idas": Solver(solve_idas, 5, "IDAS: the same for differential-algebraic equations (implicit)"),
@@ -46,6 +66,7 @@ SOLVERS: Mapping[str, Solver] = MappingProxyType(
             5,
             "Radau IIA collocation with step doubling (implicit, the most robust and the dearest)",
             frozenset({"fixed_step", "rule", "extrapolate"}),
+            locates_events=True,
         ),
         "erk": Solver(solve_erk, 5, "Runge-Kutta pair 5(4) (explicit, cheap steps)", frozenset({"fixed_step"})),
         "rosenbrock": Solver(
@@ -78,4 +99,7 @@ def solve(problem: InitialValueProblem, name: str, options: SolverOptions) -> Tr
             fitting = [other for other, candidate in SOLVERS.items() if option.name in candidate.extra_options]
             problem_words = f"has no use for {option.name} = {getattr(options, option.name)!r}"
             raise CaseError(f"solver '{name}'", problem_words, f"leave it out, or take {' or '.join(fitting)}")
+    if problem.switching is not None and not solver.locates_events:
+        fitting = [other for other, candidate in SOLVERS.items() if candidate.locates_events]
+        raise CaseError(f"solver '{name}'", "cannot locate events", f'take {" or ".join(fitting)}, or events "off"')
     return solver.run(problem, options)

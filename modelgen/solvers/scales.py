@@ -7,11 +7,15 @@ the local natural frequency. Nothing is measured by |angle|, which grows with ev
 
 from __future__ import annotations
 
+import functools
+from typing import Any
+
 import numpy as np
 
 from modelgen.lowering import Compiled
 from modelgen.solvers.equilibrium import Array, own_start
 from modelgen.solvers.operating_point import OperatingPoint
+from modelgen.solvers.sampled_turn import sampled_turn
 
 SAMPLES = 256
 
@@ -64,14 +68,18 @@ def _reference_torque(model: Compiled, point: OperatingPoint, start: Array) -> f
     """Largest torque on any group [N*m at the reference shaft] over a turn of the clocks, of the sources and at the start."""
     c, n = point.coordinates, len(model.equations.steps)
     own = np.tile(start[2 * n :, None], SAMPLES)
-    clocks = np.tile(np.arange(SAMPLES) * (2 * np.pi / SAMPLES), (len(model.equations.clocks), 1))
-    timed = np.asarray(model.mean_model["timed"].map(SAMPLES)(clocks, np.zeros((1, SAMPLES)), point.p))
-    torque = model.mean_model["torque"].map(SAMPLES)
+    timed, torque = sampled_turn(model, SAMPLES)(point.p), _torques_over_a_turn(model)
     largest = 0.0
     for angle in (np.zeros(n), c.to_angles @ start[:n]):
         found = torque(np.tile(angle[:, None], SAMPLES), np.zeros((n, SAMPLES)), own, point.p, timed)[0]
         largest = max(largest, float(np.abs(np.asarray(found) * c.ratio[:, None]).max(initial=0.0)))
     return largest
+
+
+@functools.lru_cache(maxsize=8)
+def _torques_over_a_turn(model: Compiled) -> Any:
+    """The torques on the groups as one call over all samples of a turn; made once per model."""
+    return model.mean_model["torque"].map(SAMPLES)
 
 
 def _vibration_energy(point: OperatingPoint, rates: Array) -> float:

@@ -7,17 +7,19 @@ turned a million radians vibrates exactly like one that has not.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from modelgen.errors import CaseError, nearest
 from modelgen.lowering import Compiled
+from modelgen.lowering.switched import SwitchedModel
 from modelgen.solvers.case import Case
 from modelgen.solvers.equilibrium import Array
 from modelgen.solvers.operating_point import OperatingPoint, operating_point
 from modelgen.solvers.problem import InitialValueProblem, SolverOptions
-from modelgen.solvers.registry import solve
+from modelgen.solvers.registry import SOLVERS, solve
 from modelgen.solvers.scales import state_scales
 from modelgen.solvers.solution import Solution
 
@@ -38,12 +40,18 @@ def simulate(case: Case) -> Solution:
     """
     if case.model is None:
         raise CaseError("case", "has no compiled model", "a loaded case cites its model only; give it the driveline again")
-    point = operating_point(case.model, case.parameters)
-    problem, offset = initial_value_problem(case, point)
-    trajectory = solve(problem, case.solver, solver_options(case.tolerance, case.options))
-    states = trajectory.states + offset
     model = case.model
-    channels = model.channels(trajectory.times, states, point.p, case.channels)
+    point = operating_point(model, case.parameters)
+    options = solver_options(case.tolerance, case.options)
+    problem, offset = initial_value_problem(case, point)
+    trajectory = solve(problem, case.solver, options)
+    states, events = trajectory.states + offset, trajectory.events
+    switched = model.switched(case.sections) if problem.switching is not None else None
+    if switched is None or events is None:
+        channels = model.channels(trajectory.times, states, point.p, case.channels)
+    else:
+        channels = switched.channels(trajectory.times, states, events.modes(trajectory.times), point.p, case.channels)
+        events = replace(events, states=events.states + offset)
     units = {name: model.unit(name) for name in channels}
     units.update({state.name: state.unit for state in model.equations.states})
     return Solution(
@@ -56,21 +64,53 @@ def simulate(case: Case) -> Solution:
         outcome=trajectory.outcome,
         message=trajectory.message,
         statistics=trajectory.statistics,
+        events=events,
     )
 
 
 def initial_value_problem(case: Case, point: OperatingPoint) -> tuple[InitialValueProblem, Array]:
-    """What a solver sees of a case, and what to add to its states: the neutral rigid angles are taken out."""
+    """What a solver sees of a case, and what to add to its states: the neutral rigid angles are taken out.
+
+    (Not where sections are asked for: a channel on which one lies may show these angles.)
+    """
     model = case.model
     start = starting_state(model, point, case.start)
     offset = np.zeros_like(start)
-    rigid = list(model.equations.rigid)
-    offset[rigid] = start[rigid]
-    start = start - offset
-    problem = InitialValueProblem(
-        model.rhs_function, model.states, start, point.p, state_scales(model, point, start), case.begin, case.times()
-    )
+    if not case.sections:
+        rigid = list(model.equations.rigid)
+        offset[rigid] = start[rigid]
+        start = start - offset
+    switched = events_of(case)
+    rhs, p = (model.rhs_function, point.p) if switched is None else (switched.rhs_function, switched.extended(point.p))
+    switching = None if switched is None else switched.switching
+    scales = state_scales(model, point, start)
+    problem = InitialValueProblem(rhs, model.states, start, p, scales, case.begin, case.times(), switching)
     return problem, offset
+
+
+def events_of(case: Case) -> SwitchedModel | None:
+    """The model with its modes as flags where the case is run with events; None where its modes are found by comparison.
+
+    "auto" locates events where a law jumps or has memory, and where sections are asked for. Raises CaseError for events that
+    cannot be left out: switched off, or by a solver that does not locate them.
+    """
+    model, wanted = case.model, solver_options(case.tolerance, case.options).events
+    switched = model.switched(case.sections)
+    if switched is None:
+        return None
+    where = f"case of {model.name!r}"
+    able = [name for name, each in SOLVERS.items() if each.locates_events]
+    needed = "which the sections of the case need" if case.sections else ""
+    if switched.switching.required:
+        needed = "which the model needs (modes with memory, jumps of the state or stops)"
+    if needed and wanted == "off":
+        raise CaseError(where, f"has events switched off, {needed}", 'leave events "auto"')
+    if case.solver not in able:
+        if needed or wanted == "on":
+            found = f"solver '{case.solver}' does not locate events{needed and ', ' + needed}"
+            raise CaseError(where, found, f"take {', '.join(able)}")
+        return None
+    return switched if wanted == "on" or (wanted == "auto" and (needed or switched.switching.jumps)) else None
 
 
 def starting_state(model: Compiled, point: OperatingPoint, start: str | Mapping[str, float]) -> Array:

@@ -17,20 +17,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.errors import CaseError, nearest
+from modelgen.lowering import Section
 from modelgen.solvers.case import Case
+from modelgen.solvers.event_log import EventLog
 from modelgen.solvers.outcome import Outcome
 from modelgen.solvers.problem import Statistics
 
 Array = NDArray[np.float64]
-FORMAT = 1
+FORMAT = 2
+READABLE = (1, FORMAT)  # the first had no events
 
 
 @dataclass(frozen=True, eq=False)
 class Solution:
     """Channels over ``times`` [s]: ``solution["coupling.torque"]`` is an array, ``solution.unit("coupling.torque")`` its unit.
 
-    ``states`` (n, number of states) with ``state_names``; ``outcome`` and ``message`` say how the run ended; ``events`` lists
-    what happened (time, element, from, to). ``final`` is the last state, to continue from.
+    ``states`` (n, number of states) with ``state_names``; ``outcome`` and ``message`` say how the run ended; ``events``
+    is the log of what was located, if anything was looked for. ``final`` is the last state, to continue from.
     """
 
     case: Case
@@ -42,7 +45,7 @@ class Solution:
     outcome: Outcome
     message: str
     statistics: Statistics
-    events: tuple[tuple[float, str, str, str], ...] = ()
+    events: EventLog | None = None
 
     def __getitem__(self, name: str) -> Array:
         if name in self.channels:
@@ -73,6 +76,11 @@ class Solution:
         """The last state by name."""
         return dict(zip(self.state_names, self.states[-1].tolist(), strict=True)) if len(self.times) else {}
 
+    @property
+    def shares(self) -> Mapping[str, float]:
+        """Part of the time from the first output to the last that each mode held, by names such as ``mesh.flank.drive``."""
+        return {} if self.events is None else self.events.share()
+
     def between(self, first: float, last: float) -> Solution:
         """The part from ``first`` to ``last`` [s]."""
         inside = (self.times >= first) & (self.times <= last)
@@ -91,7 +99,7 @@ class Solution:
             "outcome": self.outcome.name,
             "message": self.message,
             "statistics": vars(self.statistics),
-            "events": [list(event) for event in self.events],
+            "events": None if self.events is None else self.events.head(),
         }
         arrays = {
             "head": np.frombuffer(json.dumps(head).encode(), dtype=np.uint8),
@@ -99,6 +107,8 @@ class Solution:
             "states": self.states,
             "channels": np.array(list(self.channels.values())).reshape(len(self.channels), len(self.times)),
         }
+        if self.events is not None:
+            arrays.update(self.events.arrays())
         temporary = path.with_name(f".{path.name}.{os.getpid()}")
         with temporary.open("wb") as file:
             np.savez(file, **arrays)  # type: ignore[arg-type]  # NumPy's stub takes the names for its own options
@@ -112,8 +122,10 @@ class Solution:
             with Path(path).open("rb") as file, np.load(file, allow_pickle=False) as data:
                 head = json.loads(bytes(data["head"]).decode())
                 times, states, channels = data["times"], data["states"], data["channels"]
-            if head["format"] != FORMAT:
-                raise CaseError(str(path), f"has format {head['format']!r}", f"this version reads format {FORMAT}")
+                if head["format"] not in READABLE:
+                    known = " and ".join(map(str, READABLE))
+                    raise CaseError(str(path), f"has format {head['format']!r}", f"this version reads formats {known}")
+                events = EventLog.read(head["events"], data) if head["format"] > 1 and head["events"] is not None else None
             return cls(
                 case=_case(head["case"]),
                 times=times,
@@ -124,7 +136,7 @@ class Solution:
                 outcome=Outcome[head["outcome"]],
                 message=head["message"],
                 statistics=Statistics(**head["statistics"]),
-                events=tuple((float(t), str(e), str(a), str(b)) for t, e, a, b in head["events"]),
+                events=events,
             )
         except CaseError:
             raise
@@ -138,12 +150,14 @@ class Solution:
         span = f"{self.times[0]:g} to {self.times[-1]:g} s" if len(self.times) else "no times"
         cost = f"{s.steps} steps ({s.rejected} rejected), {s.evaluations} evaluations, {s.seconds:.3g} s"
         head = f"solution of {self.model_name!r}: {len(self.times)} times, {span}, {len(self.channels)} channels"
-        return f"{head}\n  {self.message}\n  {cost}"
+        happened = "" if self.events is None else f"\n  {self.events}"
+        return f"{head}\n  {self.message}\n  {cost}{happened}"
 
     __repr__ = __str__
 
 
 def _case(data: dict[str, Any]) -> Case:
     known = {key: value for key, value in data.items() if key not in ("model", "fingerprint")}
+    known["sections"] = tuple(Section(**section) for section in known.get("sections", ()))
     known["channels"] = None if known["channels"] is None else tuple(known["channels"])
     return Case(model=None, **known)  # type: ignore[arg-type]  # a loaded case cites its model by fingerprint only

@@ -9,15 +9,11 @@ call per step and generated C can take the step over as it is.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
-import numpy as np
 
 from modelgen.solvers.coordinates import symbols_for
-from modelgen.solvers.outcome import Outcome
-from modelgen.solvers.problem import Vector
 
 # (f, (start, middle, end) of the interval, its length, y, y' at the start, q) -> what y gains over the interval
 Increment = Callable[[Callable[[Any, Any], Any], tuple[Any, Any, Any], Any, Any, Any, Any], Any]
@@ -86,33 +82,3 @@ def _unseen_error(
     size = ca.mmax(ca.fabs(left)) + 1e-300
     stiffness = ca.mmax(ca.fabs(f(t, y + 1e-6 / size * left) - start)) / 1e-6
     return unseen * h * size / (1 + h * stiffness)
-
-
-@dataclass(frozen=True)
-class Method:
-    """A step function as ``step_doubling`` makes it, its order, and the evaluations of the right-hand side that it costs.
-
-    ``floor_outcome``: what it means when even the smallest step cannot be evaluated.
-    """
-
-    step: ca.Function
-    order: int
-    evaluations: int
-    floor_outcome: Outcome = Outcome.STEP_TOO_SMALL
-
-
-class BoundStep:
-    """A step function bound to arrays: in a loop, no argument is converted or allocated.
-
-    Set ``time[0]`` and ``size[0]``, call ``evaluate``, read ``nodes`` (4, nx) and ``measures`` (2); ``state`` (2, nx) is shared.
-    """
-
-    def __init__(self, step: ca.Function, state: Vector, parameters: Vector) -> None:
-        self.time, self.size = np.zeros(1), np.zeros(1)
-        self.nodes, self.measures = np.zeros((4, state.shape[1])), np.zeros(2)
-        self._arguments = (self.time, self.size, state, parameters)  # the buffer does not keep them alive
-        self._buffer, self.evaluate = step.buffer()
-        for index, array in enumerate(self._arguments):
-            self._buffer.set_arg(index, array.data)
-        self._buffer.set_res(0, self.nodes.data)
-        self._buffer.set_res(1, self.measures.data)

@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from modelgen.lowering.switching import Crossing, ModeVariable, Switching
 from modelgen.solvers.problem import InitialValueProblem
 
 Rates = Callable[[Any, Any, Any], Sequence[Any]]
@@ -27,3 +28,43 @@ def initial_value_problem(
 def ode() -> Callable[..., InitialValueProblem]:
     """ode(rates, x0, times, p=(), scale=ones, t0=0): a problem from the rates as a function of t, x, p."""
     return initial_value_problem
+
+
+def switched_problem(
+    rates: Rates,
+    guards: Rates,
+    crossings: Sequence[Crossing],
+    x0: Sequence[float],
+    times: Any,
+    *,
+    modes: Sequence[tuple[str, Sequence[str]]] = (),
+    p: Sequence[float] = (),
+    resets: Callable[[Any, Any, Any], Sequence[Sequence[Any]]] | None = None,
+    scale: Any = None,
+    start: Sequence[int] | None = None,
+) -> InitialValueProblem:
+    """A problem with events; the flags of all modes stand behind the given parameters."""
+    variables, first = [], len(p)
+    for index, (name, values) in enumerate(modes):
+        variables.append(ModeVariable(name, tuple(values), first, 0 if start is None else start[index]))
+        first += len(values)
+    t, x, parameters = ca.SX.sym("t"), ca.SX.sym("x", len(x0)), ca.SX.sym("p", first)
+    arguments = [t, x, parameters]
+    rhs = ca.Function("rhs", arguments, [ca.densify(ca.vertcat(*rates(*arguments)))])
+    after = None
+    if resets is not None:
+        after = ca.Function("resets", arguments, [ca.horzcat(*(ca.vertcat(*column) for column in resets(*arguments)))])
+    values = np.concatenate([np.asarray(p, dtype=float), np.zeros(first - len(p))])
+    for variable in variables:
+        variable.put(values, variable.start)
+    surfaces = ca.Function("guards", arguments, [ca.densify(ca.vertcat(*guards(*arguments)))])
+    switching = Switching(tuple(variables), tuple(crossings), surfaces, first, after)
+    names = tuple(f"x{index}" for index in range(len(x0)))
+    sizes = np.ones(len(x0)) if scale is None else scale
+    return InitialValueProblem(rhs, names, x0, values, sizes, 0.0, np.atleast_1d(times), switching)
+
+
+@pytest.fixture(scope="session")
+def hybrid() -> Callable[..., InitialValueProblem]:
+    """hybrid(rates, guards, crossings, x0, times, modes=(), p=(), resets=None, ...): a problem with events."""
+    return switched_problem

@@ -89,9 +89,9 @@ def test_the_paper_rule_halves_and_doubles_and_takes_only_steps_that_passed(ode:
     tolerance, taken = 1e-7, []
     accept = march._March.accept
 
-    def record(self: march._March, bound: object, t_new: float, h: float) -> None:
-        taken.append((h, bound.measures[0], t_new))
-        accept(self, bound, t_new, h)
+    def record(self: march._March, bound: march.Trial, t_new: float, h: float) -> bool:
+        taken.append((h, bound[0].measures[0], t_new))
+        return accept(self, bound, t_new, h)
 
     monkeypatch.setattr(march._March, "accept", record)
     problem = ode(lambda t, x, p: [x[1], 5 * (1 - x[0] ** 2) * x[1] - x[0]], [2.0, 0.0], 20.0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -71,7 +73,7 @@ def test_unbalanced_torque_is_refused_with_its_drift() -> None:
 
 def test_declared_drift_is_allowed_and_reported() -> None:
     line = geared(-150.0)
-    model = lower(assemble(Driveline(**{**vars(line), "drifts": True})))
+    model = lower(assemble(replace(line, drifts=True)))
     assert operating_point(model).drift == pytest.approx(25 / 1.65, rel=1e-9)
 
 

@@ -24,8 +24,8 @@ FACTS = {
 
 
 def test_every_outcome_is_named_and_different() -> None:
-    assert len(Outcome) == 13
-    assert len({outcome.value for outcome in Outcome}) == 13
+    assert len(Outcome) == 16
+    assert len({outcome.value for outcome in Outcome}) == 16
 
 
 @pytest.mark.parametrize("outcome", Outcome)

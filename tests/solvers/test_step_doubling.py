@@ -12,8 +12,8 @@ from modelgen.solvers import coordinates
 from modelgen.solvers.adaptive_rk4 import rk4_step
 from modelgen.solvers.collocation import radau_step
 from modelgen.solvers.coordinates import ScaledProblem, scaled_rate
+from modelgen.solvers.method import BoundStep, Method
 from modelgen.solvers.problem import InitialValueProblem
-from modelgen.solvers.step_doubling import BoundStep
 
 Ode = Callable[..., InitialValueProblem]
 
@@ -64,7 +64,7 @@ def test_two_half_steps_err_by_a_sixteenth_of_the_whole() -> None:
 def test_a_value_that_is_not_finite_shows_in_the_measures(make: Callable[..., ca.Function]) -> None:
     rate = ca.Function("rate", [T, Y, Q], [ca.vertcat(ca.sqrt(1 - T) - Y[0], -Y[1])])
     state = np.array([[0.5, 0.0], [0.5, 0.0]])
-    bound = BoundStep(make(rate), state, np.zeros(1))
+    bound = BoundStep(Method(make(rate), 5, 11), state, np.zeros(1))
     for h, finite in ((0.5, True), (1.5, False)):
         bound.size[0] = h
         bound.evaluate()
@@ -84,7 +84,7 @@ def test_a_whole_step_without_a_number_is_not_hidden_by_the_largest_difference()
 def test_a_newton_iteration_that_fails_shows_in_the_measures(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("modelgen.solvers.collocation.NEWTON_ITERATIONS", 1)
     stiff = ca.Function("rate", [T, Y, Q], [ca.vertcat(Y[1], ((1 - Y[0] ** 2) * Y[1] - Y[0]) * 1e3)])
-    bound = BoundStep(radau_step(stiff, 1e-8), np.array([[2.0, 1.0], [1.0, -5e3]]), np.zeros(1))
+    bound = BoundStep(Method(radau_step(stiff, 1e-8), 6, 30), np.array([[2.0, 1.0], [1.0, -5e3]]), np.zeros(1))
     bound.size[0] = 1e-2
     bound.evaluate()
     assert np.isnan(bound.measures[1])

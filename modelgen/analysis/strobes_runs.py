@@ -1,0 +1,108 @@
+"""Many runs of one model as fast as the machine can: in lanes of generated C, or one after the other where there is no compiler.
+
+Below ``strobes``, ``maps`` and ``frequency_sweep``: the one place where nonlinear questions meet the solvers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modelgen.errors import CaseError, LoweringError
+from modelgen.lowering import Compiled
+from modelgen.solvers.case import Case
+from modelgen.solvers.lanes import solve_lanes
+from modelgen.solvers.operating_point import OperatingPoint, operating_point
+from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Trajectory
+from modelgen.solvers.registry import solve, solver_named
+from modelgen.solvers.simulate import initial_value_problem, solver_options
+
+Array = NDArray[np.float64]
+Values = dict[str, Any]
+Also = Callable[[float], Values]
+"""What else changes with a swept value: further parameters by name, such as a mesh damping that follows the shafts'."""
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """One set of parameters of a case: the case, its operating point, and the problem from its start."""
+
+    case: Case
+    point: OperatingPoint
+    problem: InitialValueProblem
+
+
+def setting(case: Case, **changes: Any) -> Setting:
+    """A case with some parameters changed by name, ready to run. Raises what ``simulate`` raises before it starts."""
+    case = case.change(parameters={**case.parameters, **changes})
+    point = operating_point(case.model, case.parameters)
+    return Setting(case, point, initial_value_problem(case, point)[0])
+
+
+def compiled_model(case: Case, question: str) -> Compiled:
+    """The model of a case. Raises CaseError for anything that is no case, or has no model."""
+    if not isinstance(case, Case):
+        raise CaseError(question, f"is asked of a {type(case).__name__}", "give a Case")
+    if case.model is None:
+        raise CaseError(question, "the case has no compiled model", "a loaded case cites its model only; give it the driveline")
+    return case.model
+
+
+def parameter_values(model: Compiled, name: str, values: Sequence[Any], question: str) -> list[float]:
+    """Values of a single-number parameter in its SI unit, from numbers or texts with units, in the order given.
+
+    Raises NamingError for an unknown name, CaseError for a series or for no values, ModelError for an unlawful value.
+    """
+    where = f"{question}, {name!r}"
+    listed = list(values) if not isinstance(values, str) else [values]
+    if not listed:
+        raise CaseError(where, "there are no values", "give at least one")
+    parameter = model.parameters.parameters.get(name)
+    if parameter is not None and parameter.series:
+        raise CaseError(where, f"is a series of {len(parameter.symbols)} numbers", "sweep one number")
+    return [model.parameters.value(model.parameters.vector({name: each}), name) for each in listed]
+
+
+def options_of(case: Case) -> SolverOptions:
+    """The solver options of a case; many runs take generated C unless the case says otherwise."""
+    given = dict(case.options)
+    if case.solver == "rk4" and "fixed_step" not in given and "rule" not in given:
+        given.setdefault("backend", "auto")
+    return solver_options(case.tolerance, given)
+
+
+def run_all(case: Case, problems: Sequence[InitialValueProblem], options: SolverOptions) -> list[Trajectory]:
+    """The trajectories of many problems of one model with equally many output times; a failed run is one with its outcome."""
+    solver_named(case.solver)
+    if case.solver == "rk4" and options.backend != "vm":
+        try:
+            return list(solve_lanes(problems, options).trajectories)
+        except LoweringError:
+            if options.backend == "c":
+                raise
+    return [solve(problem, case.solver, options) for problem in problems]
+
+
+def run_one(case: Case, problem: InitialValueProblem, options: SolverOptions) -> Trajectory:
+    """One trajectory."""
+    return run_all(case, [problem], options)[0]
+
+
+def restarted(
+    problem: InitialValueProblem, state: Array, times: Array, t0: float | None = None, before: Trajectory | None = None
+) -> InitialValueProblem:
+    """The same problem from another state, at other output times, from its own t0 on or another.
+
+    ``before``: the run that ended in this state, whose modes hold on.
+    """
+    p = problem.p
+    if before is not None and before.events is not None and problem.switching is not None and len(before.times):
+        p = np.array(problem.p)
+        held = before.events.modes(before.times[-1:])[-1]
+        for mode, value in zip(problem.switching.modes, held, strict=True):
+            mode.put(p, int(value))
+    return replace(problem, x0=state, p=p, times=times, t0=problem.t0 if t0 is None else t0)

@@ -1,0 +1,97 @@
+"""Many short runs with tangents: the propagators of the stretches of a motion, side by side.
+
+Below ``exponents`` and ``orbits``. Once the motion itself is known where the stretches end, how deviations cross one no longer
+depends on the others; so stretches and groups of columns fill the lanes of generated C, or, without a compiler, run one after the
+other on the virtual machine.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modelgen.analysis.variational import parts, with_tangents
+from modelgen.analysis.variational_course import modes_at
+from modelgen.errors import CaseError, LoweringError
+from modelgen.solvers.lanes import solve_lanes
+from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Trajectory
+from modelgen.solvers.registry import solve
+
+Array = NDArray[np.float64]
+WIDEST = 16
+"""Tangent vectors that ride with one state: more would save little time and cost much in building."""
+
+
+JUMP = 1e-3
+"""Distance, in scales, between the end of a stretch and the start of the next that only an event at the joint makes."""
+
+
+class Propagators(NamedTuple):
+    """Over each stretch: ``ends`` (stretches, n) of the state, integrals of tr J (stretches,), ``matrices`` (stretches, n, n).
+
+    The matrices are in scales of the states.
+    """
+
+    ends: Array
+    volumes: Array
+    matrices: Array
+
+
+def propagators(stretches: Sequence[InitialValueProblem], length: float, options: SolverOptions) -> Propagators:
+    """How every deviation crosses each of the stretches of ``length`` [s], which follow each other.
+
+    Raises CaseError where a stretch cannot be crossed.
+    """
+    found, modes = _crossed(stretches, length, options)
+    for k in range(1, len(stretches) if stretches[0].switching is not None else 0):
+        # An event near a joint may fall on one side of it in the motion and on the other in the stretch: take each just once.
+        stretch = stretches[k]
+        far = np.abs((found.ends[k - 1] - stretch.x0) / stretch.scale).max() > JUMP
+        if far or not np.array_equal(modes[k - 1], stretch.p):
+            again, (modes[k],) = _crossed([replace(stretch, x0=found.ends[k - 1], p=modes[k - 1])], length, options)
+            for whole, part in zip(found, again, strict=True):
+                whole[k] = part[0]
+    return found
+
+
+def _crossed(stretches: Sequence[InitialValueProblem], length: float, options: SolverOptions) -> tuple[Propagators, list[Array]]:
+    """The propagators of stretches, each from its own start, and the parameters with the flags of the modes at its end."""
+    n = stretches[0].x0.size
+    groups = -(-n // WIDEST)
+    columns = -(-n // groups)
+    unit = np.zeros((n, groups * columns))
+    unit[:, :n] = np.eye(n)
+    starts = np.split(unit, groups, axis=1)
+    runs = complete_runs([with_tangents(stretch, start, length) for stretch in stretches for start in starts], options)
+    found = [parts(stretches[job // groups], run.states[-1]) for job, run in enumerate(runs)]
+    matrices = [np.hstack([each.tangents for each in found[job : job + groups]])[:, :n] for job in range(0, len(found), groups)]
+    first, modes = (
+        found[::groups],
+        [modes_at(each, run, run.times[-1:])[0] for each, run in zip(stretches, runs[::groups], strict=True)],
+    )
+    states, volumes = np.array([each.state for each in first]), np.array([each.volume for each in first])
+    return Propagators(states, volumes, np.array(matrices)), modes
+
+
+def complete_runs(problems: Sequence[InitialValueProblem], options: SolverOptions) -> Sequence[Trajectory]:
+    """Run all problems to their ends. Raises CaseError for one that does not get there."""
+    runs = _runs(problems, options)
+    for run in runs:
+        if not run.outcome.is_good or not len(run.times):
+            raise CaseError("variational equations", run.message, "start elsewhere, or change the tolerance")
+    return runs
+
+
+def _runs(problems: Sequence[InitialValueProblem], options: SolverOptions) -> Sequence[Trajectory]:
+    """In lanes where there is a compiler, else one after the other."""
+    if options.backend != "vm" and problems[0].rhs.is_a("SXFunction"):
+        try:
+            return solve_lanes(problems, options).trajectories
+        except LoweringError:
+            if options.backend == "c":
+                raise
+    return [solve(each, "rk4", replace(options, backend="vm")) for each in problems]

@@ -68,6 +68,7 @@ def main(seconds: float, count: int) -> None:
     exact = solve_native(one, SolverOptions(tolerance=1e-11))
     print(f"\none trajectory of {seconds:g} s\n{'solver':22}{'tolerance':>10}{'seconds':>10}{'error':>11}{'us/step':>9}")
     rows = [("C", solve_native, t, 3) for t in (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)]
+    rows += [(f"C, {m}", lambda p, o, m=m: solve_native(p, o, m), t, 3) for m in ("dopri5", "dop853") for t in (1e-4, 1e-6, 1e-8)]
     rows += [("virtual machine, rk4", lambda p, o: solve(p, "rk4", o), t, 1) for t in (1e-4, 1e-6)]
     rows += [("cvodes", lambda p, o: solve(p, "cvodes", o), t, 1) for t in (1e-4, 1e-5, 1e-6, 1e-7)]
     for name, run, tolerance, repetitions in rows:

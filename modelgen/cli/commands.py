@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from modelgen import __version__
+from modelgen.cli.bifurcation import bifurcation
 from modelgen.cli.campbell import campbell
 from modelgen.cli.check import check
 from modelgen.cli.compare import compare
@@ -18,13 +19,20 @@ from modelgen.cli.elements import elements
 from modelgen.cli.ending import INTERRUPTED, REFUSED, Ending
 from modelgen.cli.equivalent import equivalent
 from modelgen.cli.forced import forced
+from modelgen.cli.generate import generate
 from modelgen.cli.limits import limits
 from modelgen.cli.listing import listing
+from modelgen.cli.lyapunov import lyapunov
+from modelgen.cli.map import operating_map
 from modelgen.cli.modal import modal
 from modelgen.cli.new import new
+from modelgen.cli.orbit import orbit
+from modelgen.cli.poincare import poincare
 from modelgen.cli.referee import referee
+from modelgen.cli.reproduce import reproduce
 from modelgen.cli.run import run
 from modelgen.cli.show import show
+from modelgen.cli.sweep import sweep
 from modelgen.errors import ModelgenError
 
 EXAMPLES = """
@@ -58,5 +66,12 @@ def commands() -> None:
     """
 
 
-for command in (run, modal, campbell, forced, limits, compare, crosscheck, referee, new, equivalent, check, listing, show, elements):
+COMMANDS = (
+    *(bifurcation, poincare, operating_map),
+    *(lyapunov, orbit, reproduce),
+    *(run, modal, campbell, forced, sweep, limits, compare),
+    *(crosscheck, referee),
+    *(new, equivalent, generate, check, listing, show, elements),
+)
+for command in COMMANDS:
     commands.add_command(command)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -21,6 +21,7 @@ WRITTEN = (
     *("modal.csv", "energy.csv", "sensitivities.csv", "modal.json", "modes.png", "energy.png", "sensitivities.png"),
     *("campbell.csv", "critical_speeds.csv", "campbell.json", "campbell.png"),
     *("forced.csv", "orders.csv", "power.csv", "gears.csv", "forced.json", "forced.png", "power.png", "gears.png"),
+    *("exponents.csv", "exponents.json", "exponents.png", "multipliers.csv", "orbit_start.csv", "orbit.json", "multipliers.png"),
     *("limits.csv", "limits.json", "limits.png", "comparison.csv", "comparison.json", "comparison.png"),
     *("referee.csv", "referee.json", "referee.png"),
 )
@@ -28,14 +29,16 @@ WRITTEN = (
 
 
 @contextmanager
-def output_folder(out: Path, replace: bool) -> Iterator[Path]:
+def output_folder(out: Path, replace: bool, written: Collection[str] = WRITTEN) -> Iterator[Path]:
     """A temporary folder to write into, which becomes ``out`` if the block ends well.
+
+    ``written``: names of what modelgen writes there.
 
     Raises CaseError for a folder that may not be replaced, before anything is computed, and again at the end.
     """
     where = f"output folder {str(out)!r}"
     target = Path(os.path.realpath(out))
-    refuse_unless_free(target, replace, where)
+    refuse_unless_free(target, replace, where, written)
     made = _missing_parents(target)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -44,7 +47,7 @@ def output_folder(out: Path, replace: bool) -> Iterator[Path]:
         raise CaseError(where, f"cannot be written: {error.strerror}", "check the path and its permissions") from None
     try:
         yield temporary
-        refuse_unless_free(target, replace, where)
+        refuse_unless_free(target, replace, where, written)
         _take_name(temporary, target)
     except OSError as error:
         remedy = "check the path, its permissions and the free space"
@@ -56,7 +59,7 @@ def output_folder(out: Path, replace: bool) -> Iterator[Path]:
                 folder.rmdir()  # only the empty ones, that is after a failure
 
 
-def refuse_unless_free(target: Path, replace: bool, where: str) -> None:
+def refuse_unless_free(target: Path, replace: bool, where: str, written: Collection[str] = WRITTEN) -> None:
     """Raises CaseError unless the folder is missing, empty, or may be replaced because a run wrote all of it."""
     try:
         held = sorted(entry.name for entry in target.iterdir()) if target.exists() else []
@@ -70,7 +73,7 @@ def refuse_unless_free(target: Path, replace: bool, where: str) -> None:
         return
     if not replace:
         raise CaseError(where, "exists and is not empty", "take --replace, or name another folder")
-    foreign = [name for name in held if name not in WRITTEN and not (name.startswith("figures/") and name.endswith(".png"))]
+    foreign = [name for name in held if name not in written and not (name.startswith("figures/") and name.endswith(".png"))]
     if foreign:
         raise CaseError(where, f"holds {foreign[0]!r}, which modelgen did not write", "move it away, or name another folder")
 

@@ -88,7 +88,7 @@ def judge(claims: Claims, runs: list[Reading]) -> list[ClaimRow]:
         ClaimRow(
             "largest torsional angle",
             f"{claims.largest_angle_deg}°",
-            f"{min(values):.3f}° to {max(values):.3f}° ({LIMITED}, over the four readings)",
+            f"{min(values):.3f}° to {max(values):.3f}° ({LIMITED}, over {_readings(runs)})",
             "cannot be decided",
             "the paper gives no inertia, stiffness, tooth number, speed or torque; "
             "with estimated data, closeness to its figure would prove nothing",
@@ -103,7 +103,7 @@ def judge(claims: Claims, runs: list[Reading]) -> list[ClaimRow]:
             ", then ".join(role.replace("_", " ") for role in claims.largest_at),
             "; ".join(tops),
             f"holds under {len(hits)} of {len(runs) * len(DEFINITIONS)} definitions and readings" if hits else "does not hold",
-            "; ".join(hits) if hits else f"under none of the {len(DEFINITIONS)} definitions in any of the {len(runs)} readings",
+            "; ".join(hits) if hits else f"under none of the {len(DEFINITIONS)} definitions in {_readings(runs)}",
         )
     )
     percent = claims.multibody_difference_percent
@@ -114,7 +114,7 @@ def judge(claims: Claims, runs: list[Reading]) -> list[ClaimRow]:
             f"{percent} % (so {low:.4f}° or {high:.4f}°)",
             "no multibody model of the same data was published",
             "cannot be decided",
-            "our own cross-check of solvers is in summary.json; it checks time integration, not modelling",
+            "our own cross-check of solvers (`modelgen run`, `modelgen crosscheck`) checks time integration, not modelling",
         )
     )
     over = [run for run, value in zip(runs, values, strict=True) if value > claims.limit_deg]
@@ -122,12 +122,16 @@ def judge(claims: Claims, runs: list[Reading]) -> list[ClaimRow]:
         ClaimRow(
             f"the limit of {claims.limit_deg}° is exceeded",
             "yes",
-            f"in {len(over)} of {len(runs)} readings ({LIMITED})",
+            f"in {len(over)} of {_readings(runs)} ({LIMITED})",
             "holds" if len(over) == len(runs) else "holds in part" if over else "does not hold",
             claims.standard,
         )
     )
     return rows
+
+
+def _readings(runs: list[Reading]) -> str:
+    return f"{len(runs)} reading{'s' * (len(runs) != 1)}"
 
 
 def paper_text(response: Response, claims: Claims, runs: list[Reading], command: str) -> str:

@@ -27,9 +27,10 @@ class Progress:
     def __enter__(self) -> Progress:
         if sys.stderr.isatty():
             from rich.console import Console
-            from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+            from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-            columns = (TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
+            times = (TimeElapsedColumn(), TimeRemainingColumn())  # gone, and left where a stage says how far it is
+            columns = (TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn(), *times)
             self._bar = Progress(*columns, console=Console(stderr=True))
             self._bar.start()
         return self

@@ -24,35 +24,39 @@ Row = dict[str, Any]
 
 def report_text(response: Response, figures: Sequence[Figure], command: str = "") -> str:
     """The text of ``report.md``; ``command`` is the line that a reader can run again."""
-    return environment().get_template("report.md.jinja").render(
-        version=__version__,
-        command=command,
-        summary=summary(response),
-        line=response.line,
-        equations=response.model.equations,
-        fingerprint=response.model.fingerprint[:16],
-        digest=response.solution.case.digest()[:16],
-        request=response.request,
-        window=response.window,
-        given=GIVEN,
-        lowest_mode=LOWEST_MODE,
-        solution=response.solution,
-        rate=response.rate,
-        thinned=response.thinned,
-        samples_per_period=SAMPLES_PER_PERIOD,
-        bases=base_frequencies(response),
-        rpm=_rpm(response),
-        balanced=_balanced(response),
-        modes=_modes(response),
-        angles=_angles(response),
-        twists=_twists(response),
-        meshes=response.angles.meshes,
-        verdict=limit.verdict(response.angles),
-        crosscheck=response.crosscheck,
-        crosscheck_failed=response.crosscheck_failed,
-        data=_data(response),
-        figures=figures,
-        degrees=math.degrees,
+    return (
+        environment()
+        .get_template("report.md.jinja")
+        .render(
+            version=__version__,
+            command=command,
+            summary=summary(response),
+            line=response.line,
+            equations=response.model.equations,
+            fingerprint=response.model.fingerprint[:16],
+            digest=response.solution.case.digest()[:16],
+            request=response.request,
+            window=response.window,
+            given=GIVEN,
+            lowest_mode=LOWEST_MODE,
+            solution=response.solution,
+            rate=response.rate,
+            thinned=response.thinned,
+            samples_per_period=SAMPLES_PER_PERIOD,
+            bases=base_frequencies(response),
+            rpm=_rpm(response),
+            balanced=_balanced(response),
+            modes=_modes(response),
+            angles=_angles(response),
+            twists=_twists(response),
+            meshes=response.angles.meshes,
+            verdict=limit.verdict(response.angles),
+            crosscheck=response.crosscheck,
+            crosscheck_failed=response.crosscheck_failed,
+            data=_data(response),
+            figures=figures,
+            degrees=math.degrees,
+        )
     )
 
 

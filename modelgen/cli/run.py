@@ -30,6 +30,8 @@ Ends with 0 when done, 1 if the run failed, 2 if it was refused, 130 after Ctrl-
 SET = 'A parameter (zeta=0.02), or a value or switch of an element or kind (coupling.stiffness="4e5 N*m/rad"). Repeatable.'
 WINDOW = 'When the response is measured, such as "0 s" "0.5 s".  [default: 8 periods of the slowest base frequency, once settled]'
 START = "At rest under the mean torques, or with nothing twisted."
+SOLVER = "rk4, dopri5, dop853, cvodes, idas, collocation, erk or rosenbrock."
+EVENTS = 'Locate changes of mode (contact, sticking) and restart there; "auto" where a law jumps or has memory.'
 TOLERANCE = "Largest error of a step, relative to the scale of each state."
 
 
@@ -43,7 +45,8 @@ TOLERANCE = "Largest error of a step, relative to the scale of each state."
 @click.option("--mesh-damping", metavar="FORM", help="Damping of every gear pair: corrected, literal or value.")
 @click.option("--mesh-reading", type=click.Choice(["fixed", "scaled"]), help="Mesh damping ratio: of its own, or 0.1 zeta/0.035.")
 @click.option("--start", type=click.Choice(["static", "zero"]), default="static", show_default=True, help=START)
-@click.option("--solver", default="rk4", show_default=True, help="rk4, cvodes, idas, collocation, erk or rosenbrock.")
+@click.option("--solver", default="rk4", show_default=True, help=SOLVER)
+@click.option("--events", type=click.Choice(["auto", "on", "off"]), default="auto", show_default=True, help=EVENTS)
 @click.option("--tolerance", type=float, default=1e-6, show_default=True, help=TOLERANCE)
 @click.option("--window", nargs=2, metavar="FIRST LAST", help=WINDOW)
 @click.option("--crosscheck", default="rk4,cvodes,idas,erk,rosenbrock", show_default=True, metavar="SOLVERS", help='Or "none".')
@@ -124,6 +127,10 @@ def _say(response: Response, out: Path, wall: float) -> None:
     if meshes:
         name = max(meshes, key=lambda pair: meshes[pair].largest)
         rows.append(("largest mesh force", f"{digits(meshes[name].largest / 1e3)} kN at {name}"))
+    if (log := response.solution.events) is not None:
+        rows.append(("events", str(int(log.counts.sum()))))
+        rows += [(f"  {name}", str(count)) for name, count in log.counted().items()]
+        rows += [(f"  time in {name}", f"{share:.2%}") for name, share in log.share().items()]
     for label, text in rows:
         click.echo(f"{label:25s} {text}")
     click.echo(f"{'report':25s} {out / 'report.md'} ({wall:.1f} s)")

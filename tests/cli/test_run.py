@@ -200,3 +200,38 @@ def test_a_given_window_and_a_zero_start(invoke: Invoke, small: Path, tmp_path: 
     summary = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
     assert summary["window_s"] == [0.0, 0.02]
     assert summary["mesh"]["mesh"]["force_min_n"] <= 0  # nothing is twisted at first, so the flanks do not touch
+
+
+BELT = """format = 1
+name = "belt"
+[elements.disk]
+kind = "inertia"
+inertia = "2 kg*m^2"
+[elements.wire]
+kind = "ground_spring"
+flange = "disk"
+stiffness = "8 N*m/rad"
+[elements.brake]
+kind = "brake"
+flange = "disk"
+sliding_torque = "1 N*m"
+holding_torque = "1.5 N*m"
+other_speed = "0.1 rad/s"
+"""
+
+
+def test_events_are_counted_with_the_time_in_each_mode(invoke: Invoke, tmp_path: Path) -> None:
+    (tmp_path / "belt.toml").write_text(BELT, encoding="utf-8")
+    options = ("--start", "zero", "--window", "0 s", "20 s", "--crosscheck", "none", "--solver", "dop853")
+    result = invoke("run", tmp_path / "belt.toml", "--out", tmp_path / "out", *options)
+    assert result.exit_code == 0, result.stderr
+    lines = dict(line.rsplit(maxsplit=1) for line in result.stdout.splitlines() if not line.startswith("report"))
+    assert lines["events"] == "12"
+    assert lines["  brake.break_backward"] == "6"
+    assert lines["  time in brake.contact.stick"] == "40.10%"
+    report = (tmp_path / "out" / "report.md").read_text(encoding="utf-8")
+    assert "| events | 12 events: 6 brake.break_backward, 6 brake.stick_backward; brake.contact.stick 40.10%," in report
+    refused = invoke("run", tmp_path / "belt.toml", "--out", tmp_path / "other", "--events", "off", *options)
+    assert refused.exit_code == 2
+    assert "has events switched off, which the model needs" in refused.stderr
+    assert not (tmp_path / "other").exists()

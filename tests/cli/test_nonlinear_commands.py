@@ -1,0 +1,96 @@
+"""``modelgen bifurcation``, ``poincare`` and ``map``: their files on a small geared driveline, and refusals by their words."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from .conftest import Invoke
+from .test_modal_command import rows
+from .test_refusals import refused
+
+
+@pytest.fixture(scope="module")
+def diagram(invoke: Invoke, small: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("bifurcation") / "out"
+    over = ("--over", "zeta", "0.1", "0.3", "--count", "3", "--strobes", "16", "--channel", "coupling.twist")
+    result = invoke("bifurcation", small, "--out", folder, *over)
+    assert result.exit_code == 0, result.output
+    assert "bifurcation diagram of 'small' over zeta: 3 values from 0.1 to 0.3 1, 1 branches, periods 1" in result.stdout
+    return folder
+
+
+def test_files_of_a_diagram(diagram: Path) -> None:
+    assert {path.name for path in diagram.iterdir()} == {"bifurcation.csv", "columns.csv", "bifurcation.json", "bifurcation.png"}
+    columns = rows(diagram / "columns.csv")
+    assert [row["zeta [1]"] for row in columns] == ["0.1", "0.2", "0.3"]
+    assert {row["period [strobes]"] for row in columns} == {"1"}
+    assert {row["settled"] for row in columns} == {"yes"}
+    strobes = rows(diagram / "bifurcation.csv")
+    assert len(strobes) == 3 * 16
+    assert float(strobes[0]["coupling.twist [rad]"]) > 0
+    assert json.loads((diagram / "bifurcation.json").read_text())["unsettled_columns"] == 0
+
+
+def test_a_section_with_its_verdict(invoke: Invoke, small: Path, tmp_path: Path) -> None:
+    result = invoke("poincare", small, "--out", tmp_path / "out", "--strobes", "16", "--prove")
+    assert result.exit_code == 0, result.output
+    assert "verdict: period 1, decided by orbit: period 1 proven" in result.stdout
+    data = json.loads((tmp_path / "out" / "section.json").read_text())
+    assert (data["verdict"], data["kind"], data["period"], data["undamped"]) == ("period 1", "periodic", 1, False)
+    points = rows(tmp_path / "out" / "section.csv")
+    assert len(points) == 16
+    assert "rate of fan.elastic_angle [rad/s]" in points[0]
+
+
+def test_a_section_by_a_surface(invoke: Invoke, small: Path, tmp_path: Path) -> None:
+    surface = ("--surface", "coupling.twist=0.3 deg", "--end", "0.4", "--channel", "coupling.twist")
+    result = invoke("poincare", small, "--out", tmp_path / "out", *surface)
+    assert result.exit_code == 0, result.output
+    assert "surface coupling.twist = 0.00523599 rad" in result.stdout
+    points = rows(tmp_path / "out" / "section.csv")
+    assert {round(float(row["coupling.twist [rad]"]), 8) for row in points} == {0.00523599}
+
+
+def test_a_map(invoke: Invoke, small: Path, tmp_path: Path) -> None:
+    axes = (
+        "--first",
+        "speed",
+        "1000 rpm",
+        "1500 rpm",
+        "--second",
+        "drive_mean",
+        "5 N*m",
+        "100 N*m",
+        "--columns",
+        "3",
+        "--rows",
+        "2",
+    )
+    result = invoke("map", small, "--out", tmp_path / "out", *axes, "--limit", "0.5 deg")
+    assert result.exit_code == 0, result.output
+    assert "speed x drive_mean, 6 cells" in result.stdout
+    table = rows(tmp_path / "out" / "map.csv")
+    assert len(table) == 6
+    assert {row["mesh rattle"] for row in table} <= {"none", "one-sided", "two-sided"}
+    light, full = table[0], table[3]
+    assert float(light["mesh least force [N]"]) < float(full["mesh least force [N]"])
+    assert json.loads((tmp_path / "out" / "map.json").read_text())["cells"] == 6
+
+
+def test_refusals(invoke: Invoke, small: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    for arguments, words in (
+        (("bifurcation", small, "--out", out, "--over", "zeto", "0", "1"), "nearest is 'zeta'"),
+        (("bifurcation", small, "--out", out, "--over", "zeta", "1", "0"), "give the lower value first"),
+        (("bifurcation", small, "--out", out, "--over", "speed", "1 m", "2 m"), "--over speed"),
+        (("poincare", small, "--out", out, "--base", "motor_ordr"), "nearest is 'motor_order'"),
+        (("poincare", small, "--out", out, "--surface", "coupling.twist"), "CHANNEL=VALUE"),
+        (("poincare", small, "--out", out, "--channel", "fan.angle_deviation"), "take fan.elastic_angle"),
+        (("map", small, "--out", out, "--first", "speed", "1 rpm", "2 rpm", "--second", "speed", "1 rpm", "2 rpm"), "both axes"),
+        (("poincare", "fracturing-truck", "--out", out), "repeats only after 2484 turns"),
+    ):
+        assert words in refused(invoke(*arguments), 2)
+    assert not out.exists()

@@ -43,7 +43,7 @@ def reproduction_text(
             rows=rows,
             figures=figures,
             window=work.response.window,
-            motions=[_motion(work, reading, value, each) for (reading, value), each in work.motions.items()],
+            motions=_motions(work),
             diagrams={reading: _diagram(work, reading) for reading in work.diagrams},
             diagram_seconds=work.diagram_seconds,
             wall=wall,
@@ -68,13 +68,22 @@ def reproduction_data(work: Reproduction, rows: Sequence[ClaimRow], figures: Seq
     }
 
 
-def _motion(work: Reproduction, reading: str, value: float, each: MotionEvidence) -> Data:
+def _motions(work: Reproduction) -> list[Data]:
+    """What the text says of each motion; once where readings are the same."""
+    readings: dict[int, list[str]] = {}
+    for (reading, _), each in work.motions.items():
+        readings.setdefault(id(each), []).append(reading)
+    found = {id(each): (value, each) for (_, value), each in sorted(work.motions.items(), key=lambda item: item[0][1])}
+    return [_motion(work, readings[key], value, each) for key, (value, each) in found.items()]
+
+
+def _motion(work: Reproduction, readings: Sequence[str], value: float, each: MotionEvidence) -> Data:
     """What the text says of one motion."""
     orbit, exponents = each.orbit, each.exponents
     return {
-        "reading": reading,
+        "readings": " and ".join(readings),
         "value": value,
-        "xi": work.xi[reading, value],
+        "xi": work.xi[readings[0], value],
         "kinds": kinds(each),
         "verdicts": [str(verdict) for verdict in each.verdicts],
         "starts": each.starts,

@@ -58,6 +58,8 @@ class Events:
         self.moving = np.array(
             [each.variable is not None and each.enter != each.leave for each in switching.crossings], dtype=bool
         )
+        self.leaps = np.array([each.variable is None and each.reset is not None for each in switching.crossings], dtype=bool)
+        self.acts = np.array([each.variable is not None or each.reset is not None for each in switching.crossings], dtype=bool)
         self.flags = np.array([mode.first + k for mode in switching.modes for k in range(len(mode.values))], dtype=int)
         self._point = np.zeros(1), np.zeros(scaled.size), np.zeros(scaled.size), scaled.parameters
         self._rates, self._evaluate_rates = bind(self.functions.rates, self._point, (self.start,))
@@ -69,7 +71,7 @@ class Events:
         self.window, self.settled, self.held = (first, last), first, np.zeros(self.flags.size)
         self.fired: set[int] = set()
         self.jumped = self.unsettled = False
-        self.last, self.intervals = -math.inf, list[float]()
+        self.last, self.intervals, self.size = -math.inf, list[float](), 0.0
 
     def bind(self, bound: BoundStep) -> BoundGuards:
         """The guards over the steps of a bound step."""
@@ -88,13 +90,13 @@ class Events:
         g, rate = np.split(self.start, 2)
         near = np.abs(g) <= self.zeros
         ahead = np.where(near, np.sign(rate), np.sign(g))
-        # A guard at zero that may fire starts on the side from which it fires: it does if the motion goes there.
-        waiting = self.effect & near & (self.directions != 0)
+        # A guard at zero that changes something starts on the side from which it fires: it does if the motion goes there. One
+        # that just fired has the sign of the motion, unless it was brought to rest there. (A stop may be where a run starts.)
+        resting = np.abs(rate) * self.size <= self.zeros
+        waiting = self.acts & near & (self.directions != 0)
+        fired = np.isin(np.arange(g.size), list(self.fired)) & self.effect & ~(waiting & resting & self.leaps)
         fresh = np.where(waiting, -self.directions, ahead)
-        np.copyto(self.signs, fresh, where=self.effect | self.jumped)
-        for index in self.fired:
-            if self.effect[index]:
-                self.signs[index] = np.sign(rate[index])
+        np.copyto(self.signs, np.where(fired, np.sign(rate), fresh), where=self.effect | self.jumped)
         self.fired.clear()
         self.jumped = False
         self._look_at_signs()
@@ -102,13 +104,14 @@ class Events:
     def advance(self, guards: BoundGuards, t: float, h: float, t_new: float) -> Restart | None:
         """Go over an accepted step in which something may have crossed; where to go on, if an event with an effect cuts it."""
         width = max(4 * math.ulp(max(abs(t), abs(t_new))) / h, np.finfo(float).eps)
-        found = sorted(self._found(guards, width))
-        for theta, index in found:
+        self.size = h
+        for theta, index, sign in sorted(self._found(guards, width)):
             time = min(t + theta * h, t_new)
             place, values = guards.at(theta)
             if self.effect[index]:
                 return self._cut(time, index, place.copy(), values.copy())
-            if (ending := self._log(time, index, place)) is not None:
+            self.signs[index] = sign
+            if self.directions[index] in (0, sign) and (ending := self._log(time, index, place)) is not None:
                 return Restart(time, place.copy(), ending)
         self.start[:] = guards.end
         self._note_signs(guards.end[: self.signs.size])
@@ -130,29 +133,34 @@ class Events:
             start=self.initial,
         )
 
-    def _found(self, guards: BoundGuards, width: float) -> list[tuple[float, int]]:
-        """All crossings of sections in the step, and the first of each guard with an effect, as (theta, number)."""
+    def _found(self, guards: BoundGuards, width: float) -> list[tuple[float, int, int]]:
+        """All passings of sections in the step, and the first event of each guard with an effect: (theta, number, new sign)."""
         found = []
         for index in range(self.signs.size):
             if not self._active(index):
                 continue
-            for theta, sign in crossings(guards, index, float(self.signs[index]), width):
-                if self.directions[index] in (0, sign):
-                    found.append((theta, index))
-                    if self.effect[index]:
-                        break
+            for theta, sign in crossings(guards, index, float(self.signs[index]), width, float(self.zeros[index])):
+                fires = self.directions[index] in (0, sign)
+                if fires or not self.effect[index]:
+                    found.append((theta, index, sign))
+                if fires and self.effect[index]:
+                    break
         return found
 
     def _cut(self, t: float, first: int, y: Vector, values: NDArray[np.float64]) -> Restart:
-        """The event at t, all others with an effect at the same place, and the modes that follow from them."""
+        """The event at t, all others at the same place, and the modes that follow from them."""
         g, rate = np.split(values, 2)
-        together = self.effect & (self.signs * g < 0) & ((self.directions == 0) | (self.directions == np.sign(g)))
-        sides = np.sign(g)
-        self._note_signs(g)
+        sides = np.where(~self.acts & (np.abs(g) <= self.zeros), np.sign(rate), np.sign(g))
+        together = (self.signs * sides < 0) & ((self.directions == 0) | (self.directions == sides))
+        np.copyto(self.signs, sides, where=sides != 0)
         together[first] = True
         count, ending = 0, self._crowded(t, first, abs(float(rate[first])))
         for index in np.flatnonzero(together).tolist():
-            if ending is None and self._active(index) and (count == 0 or self._value(t, y)[index] * sides[index] > 0):
+            if ending is not None:
+                break
+            if not self.effect[index]:
+                ending = self._log(t, index, y)
+            elif not self.acts[index] or (self._active(index) and (count == 0 or self._value(t, y)[index] * sides[index] > 0)):
                 y, ending = self._fire(t, y, index)
                 count += 1
         if ending is None:
@@ -208,7 +216,8 @@ class Events:
         self.intervals.append(interval)
         if len(self.intervals) < MANY:
             return None
-        shrinking = sum(self.intervals[MANY // 2 :]) < sum(self.intervals[: MANY // 2])
+        early, late = sum(self.intervals[: MANY // 2]), sum(self.intervals[MANY // 2 :])
+        shrinking = late < 0.9 * early and early > 64 * MANY / 2 * math.ulp(t)  # a few last digits of the time are rounding
         return self._ending(Outcome.ZENO if shrinking else Outcome.EVENT_CHATTER, t, index)
 
     def _ending(self, outcome: Outcome, t: float, index: int, **facts: float) -> Ending:
@@ -221,7 +230,7 @@ class Events:
         return bool(self.p[self.switching.modes[crossing.variable].first + crossing.leave] > 0.5)
 
     def _note_signs(self, g: NDArray[np.float64]) -> None:
-        np.copyto(self.signs, np.sign(g), where=g != 0)
+        np.copyto(self.signs, np.sign(g), where=np.abs(g) > self.zeros)
 
     def _look_at_signs(self) -> None:
         """Note whether a guard starts the next step on another side than that of its value: then it must be looked at."""

@@ -5,7 +5,8 @@ Part of ``solvers``; entered by the registry, which binds the method's name.
 
 from __future__ import annotations
 
-import contextlib
+import math
+from dataclasses import replace
 
 from modelgen.errors import LoweringError
 from modelgen.lowering.tableau import read_tableau
@@ -13,22 +14,45 @@ from modelgen.solvers.adaptive_rk4 import rk4_method
 from modelgen.solvers.coordinates import scaled_rate
 from modelgen.solvers.march import march
 from modelgen.solvers.native import solve_native
+from modelgen.solvers.outcome import Outcome
 from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Trajectory
 from modelgen.solvers.tableau_step import tableau_method
 from modelgen.solvers.watch import Watch
 
 
+SHORT = 3e8
+"""Instructions of the virtual machine that a run may take before generated C is worth its building: some tenths of a second."""
+OVERHEAD = 20_000
+"""What a step costs besides its evaluations, in such instructions."""
+
+
 def solve_explicit(problem: InitialValueProblem, options: SolverOptions, method: str = "rk4") -> Trajectory:
     """Integrate with error control or fixed steps, by the rule of step sizes and on the backend that the options name.
 
-    ``method``: "rk4" with step doubling, or the name of a tableau with an error estimate. "auto" takes generated C for what C can
-    do where there is a compiler.
+    ``method``: "rk4" with step doubling, or the name of a tableau with an error estimate. "auto" begins on the virtual machine; a
+    run that does not end within a number of steps set by the size of the model (never by the clock, so that a run gives the same
+    digits every time) begins anew in generated C, where there is a compiler.
     """
     if options.backend == "c":
         return solve_native(problem, options, method)
-    if options.backend == "auto":
-        with contextlib.suppress(LoweringError):
-            return solve_native(problem, options, method)
+    if options.backend == "vm":
+        return _on_virtual_machine(problem, options, method)
+    cost = OVERHEAD + 11 * problem.rhs.n_instructions() if problem.rhs.is_a("SXFunction") else math.inf
+    few = max(1, int(SHORT / cost))
+    if cost == math.inf or few >= options.budget.max_steps:
+        return _on_virtual_machine(problem, options, method)
+    brief = replace(options, budget=replace(options.budget, max_steps=few), progress=None)  # it would begin twice
+    first = _on_virtual_machine(problem, brief, method)
+    if first.outcome is not Outcome.MAX_STEPS:
+        return first
+    try:
+        return solve_native(problem, options, method)
+    except LoweringError:
+        found = _on_virtual_machine(problem, options, method)
+        return replace(found, statistics=replace(found.statistics, backend="vm, for want of a compiler"))
+
+
+def _on_virtual_machine(problem: InitialValueProblem, options: SolverOptions, method: str) -> Trajectory:
     watch = Watch(options)  # building the step counts
     rate = scaled_rate(problem.rhs)
     made = rk4_method(rate, options.extrapolate) if method == "rk4" else tableau_method(rate, read_tableau(method))

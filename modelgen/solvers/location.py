@@ -52,11 +52,12 @@ def close_in(function: Callable[[float], float], a: float, b: float, fa: float, 
     return b
 
 
-def crossings(guards: BoundGuards, index: int, sign: float, width: float) -> Iterator[tuple[float, int]]:
+def crossings(guards: BoundGuards, index: int, sign: float, width: float, zero: float) -> Iterator[tuple[float, int]]:
     """The places (fractions of the step) where a guard passes zero, with its sign after each, from its sign at the start.
 
-    A sign of 0 stands for a guard that starts at zero: the first sign that it takes is not a passing. In each half a turn toward
-    zero and back is followed to its deepest point, so that a guard that dips below zero is found twice.
+    A sign of 0 stands for a guard that starts at zero: the first sign that it takes is not a passing. At the ends of the halves
+    values up to ``zero``, the guard's rounding, have no sign. In each half a turn toward zero and back is followed to its deepest
+    point, so that a guard that dips below zero is found twice.
     """
     count = guards.start.size // 2
     values = (guards.start, guards.values[0], guards.values[1])
@@ -76,7 +77,7 @@ def crossings(guards: BoundGuards, index: int, sign: float, width: float) -> Ite
             deepest = close_in(rate_at, PLACES[k], PLACES[k + 1], rate[k], rate[k + 1], max(width, 1e-12))
             points.insert(0, (deepest, value_at(deepest)))
         for right, at_right in points:
-            new = float(np.sign(at_right))
+            new = float(np.sign(at_right)) if abs(at_right) > zero else 0.0
             if sign * new < 0 and sign * at_left <= 0 and sign * rate[k] > 0 > sign * rate[k + 1]:
                 # Right after its event a guard stands a little beyond zero: its way back is no event, its return from there is.
                 left = close_in(rate_at, left, right, rate[k], rate[k + 1], width)

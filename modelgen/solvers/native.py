@@ -147,6 +147,7 @@ class NativeRuns:
             seconds=self.watch.seconds,
             smallest_step=float(memory.facts[job, 2]) if steps else None,
             largest_step=float(memory.facts[job, 3]) if steps else None,
+            backend="c",
         )
         events = self.event_log(job)
         if memory.states is None:

@@ -181,7 +181,8 @@ class SolverOptions:
     ``tolerance``: largest error of a step, relative to the scale of each state (never to its present value).
     ``first_step``, ``largest_step`` [s]: by default estimated, and unlimited. ``fixed_step`` [s]: no error control; the run is
     divided into equal steps of at most this size. ``rule``: "smooth", or the paper's halving and doubling.
-    ``backend``: CasADi's virtual machine ("vm"), generated C ("c"), or C where there is a compiler ("auto"). ``extrapolate``: add
+    ``backend``: CasADi's virtual machine ("vm"), generated C ("c"), or "auto": the virtual machine for runs of a few thousand
+    steps, which are over before C is built, and C for longer ones where there is a compiler. ``extrapolate``: add
     Eq. 31's difference to the result, which raises the order by one. ``events``: "on" locates every change of mode and restarts
     there, "off" leaves continuous kinks to the error control, "auto" is on where a law jumps. ``progress`` is called with the
     fraction done, ``cancel`` returns True to stop; both some twenty times a second.
@@ -192,7 +193,7 @@ class SolverOptions:
     largest_step: float | None = None
     fixed_step: float | None = None
     rule: str = "smooth"
-    backend: str = "vm"
+    backend: str = "auto"
     extrapolate: bool = True
     events: str = "auto"
     budget: Budget = field(default_factory=Budget)
@@ -220,7 +221,10 @@ class SolverOptions:
 
 @dataclass(frozen=True)
 class Statistics:
-    """What a run cost: steps accepted and rejected, evaluations of the right-hand side, seconds, extreme steps [s] if known."""
+    """What a run cost: steps accepted and rejected, evaluations of the right-hand side, seconds, extreme steps [s] if known.
+
+    ``backend``: "vm", "c", or "vm, for want of a compiler" where C was to be taken and there is none.
+    """
 
     steps: int
     rejected: int
@@ -228,6 +232,7 @@ class Statistics:
     seconds: float
     smallest_step: float | None = None
     largest_step: float | None = None
+    backend: str = "vm"
 
 
 @dataclass(frozen=True, eq=False)

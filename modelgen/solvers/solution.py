@@ -148,7 +148,7 @@ class Solution:
     def __str__(self) -> str:
         s = self.statistics
         span = f"{self.times[0]:g} to {self.times[-1]:g} s" if len(self.times) else "no times"
-        cost = f"{s.steps} steps ({s.rejected} rejected), {s.evaluations} evaluations, {s.seconds:.3g} s"
+        cost = f"{s.steps} steps ({s.rejected} rejected), {s.evaluations} evaluations, {s.seconds:.3g} s ({s.backend})"
         head = f"solution of {self.model_name!r}: {len(self.times)} times, {span}, {len(self.channels)} channels"
         happened = "" if self.events is None else f"\n  {self.events}"
         return f"{head}\n  {self.message}\n  {cost}{happened}"

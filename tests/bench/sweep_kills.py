@@ -1,6 +1,6 @@
 """A sweep under ``kill -9``: workers and parent, at random moments; the table must be that of an undisturbed run, byte for byte.
 
-    python tests/bench/sweep_kills.py [kills] [points] [seconds simulated per point]
+    python tests/bench/sweep_kills.py [kills] [points] [seconds simulated per point] [seed of the moments]
 
 Run by hand; ``tests/analysis/test_sweep_kills.py`` does the same in small. Needs /proc to find the workers of a parent.
 """
@@ -116,14 +116,14 @@ def stored(folder: Path) -> list[int]:
     return [point for path in (folder / SHARDS).iterdir() for point in decode(path.read_bytes()).points.tolist()]
 
 
-def main(kills: int, points: int, seconds: float) -> None:
+def main(kills: int, points: int, seconds: float, seed: int) -> None:
     with tempfile.TemporaryDirectory() as place:
         quiet, loud = Path(place, "quiet"), Path(place, "loud")
         begun = time.perf_counter()
         run(quiet, points, seconds)
         print(f"undisturbed: {points} points in {time.perf_counter() - begun:.1f} s", flush=True)
         begun = time.perf_counter()
-        parents, workers, busy = kill_often(loud, kills, points, seconds, random.Random(2026))
+        parents, workers, busy = kill_often(loud, kills, points, seconds, random.Random(seed))
         print(f"killed: {parents} parents, {workers} workers in {time.perf_counter() - begun:.1f} s; at work to the last: {busy}")
         tables = [(folder / TABLE).read_text().splitlines() for folder in (quiet, loud)]
         same = tables[0] == tables[1]
@@ -138,4 +138,5 @@ def main(kills: int, points: int, seconds: float) -> None:
 
 if __name__ == "__main__":
     given = sys.argv[1:]
-    main(*(int(each) for each in (*given[:2], "100", "2000")[:2]), float(given[2]) if len(given) > 2 else 40.0)
+    kills, points, seconds, seed = (*given, *("100", "2000", "100", "2026")[len(given) :])
+    main(int(kills), int(points), float(seconds), int(seed))

@@ -18,7 +18,7 @@ def test_catalogued_drivelines_at_random_places(name: str, lanes: bool) -> None:
     model = lower(assemble(load(name)))
     solver, rng = native_solver(model.rhs_function, lanes), np.random.default_rng(1)
     p, n = model.parameters.vector(), len(model.states) // 2
-    for _ in range(200):
+    for _ in range(1000):
         # Within the first periods: later, the virtual machine's own phases are worse than this bound.
         x, t = 1e-2 * rng.standard_normal(len(model.states)), rng.uniform(0, 0.02)
         expected, found = model.rhs(t, x, p), solver.rates(t, x, p)

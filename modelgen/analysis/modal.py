@@ -40,7 +40,8 @@ class ModalResult:
     ``kinetic`` and ``potential`` (elements, modes): shares of the energy, each summing to 1 (rigid modes have no potential
     energy: zeros). ``damped_frequencies`` [Hz], ``damping_ratios``, ``decay_rates`` [1/s] and complex ``damped_shapes`` (nodes,
     pairs) of the damped modes that oscillate, sorted by frequency. ``complete``: all modes are here. If not, the damped ones
-    are those of the damping projected on the modes given, which is exact for proportional damping.
+    are those of the damping projected on the modes given, which is exact for proportional damping. ``released``: elements that
+    hold a speed in some of their modes, such as brakes that stick; here they hold nothing.
     """
 
     model: str
@@ -60,6 +61,7 @@ class ModalResult:
     decay_rates: Array
     damped_shapes: NDArray[np.complex128]
     complete: bool
+    released: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         kind = "all" if self.complete else "lowest"
@@ -71,6 +73,8 @@ class ModalResult:
                 f"{self.elements[s[:, mode].argmax()]} {s[:, mode].max():.0%}" for s in (self.kinetic, self.potential)
             )
             rows.append(f"  {mode + 1:3d} {frequency:12.4f} Hz  {kinetic}, {'none' if mode < self.rigid else potential}")
+        if self.released:
+            rows.append(f"  {', '.join(self.released)}: taken as slipping; what sticks would hold its node, and these are not its modes")
         return "\n".join(rows)
 
     __repr__ = __str__
@@ -142,6 +146,7 @@ def _result(model: Compiled, p: Array, mean: Array, angle: Array, modes: Modes, 
         decay_rates=pairs.decay_rates,
         damped_shapes=node_ratio[:, None] * pairs.shapes[group],
         complete=len(modes.squares) == len(model.equations.groups),
+        released=tuple(each.name for each in model.equations.instances if model.equations.templates[each.template].holds),
     )
 
 

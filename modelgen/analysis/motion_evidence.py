@@ -29,6 +29,8 @@ Array = NDArray[np.float64]
 ENERGY, LOSS = "total.stored_energy", "total.dissipated_power"
 REACHED = 1e-4
 """Of the states' scales: strobes this near an orbit have come to it."""
+BRIEF = 16
+"""Stretches of a common period, for the largest exponent of a motion that does not stand still."""
 LAST = 16
 """Strobes at the end of a section that are looked at for that."""
 
@@ -161,8 +163,10 @@ def _orbit(found: Strobed, known: PeriodicOrbit | None) -> PeriodicOrbit | str:
 def _exponents(found: Strobed, revolutions: int) -> ExponentsResult | str:
     """All exponents of a motion that stands still, the largest of another, which tells chaos; or why there are none."""
     case = _from(found).change(end=found.strobe.period * revolutions)
+    # Impacts make deviations grow faster than any rate of the equations tells: they are brought back to size often.
+    stretch = None if found.settled else found.strobe.period / BRIEF
     try:
-        return lyapunov_exponents(case, largest=not found.settled)
+        return lyapunov_exponents(case, largest=not found.settled, stretch=stretch)
     except CaseError as error:
         return str(error)
 

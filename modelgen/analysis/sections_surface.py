@@ -1,13 +1,14 @@
 """Question: where does the motion stand each time that a channel passes a level?
 
-A Poincaré section by a surface, for a driveline of any clocks, or of none: ``sections`` strobes instead. The motion is sampled
-densely, every change of sign is bracketed, and the crossing is closed in on by integrating from the sample before it, so points
-are as exact as the integration.
-Source: M. Henon, Physica D 5 (1982) 412-414, for the section as a point of the flow, not of an interpolation.
+A Poincaré section by a surface, for a driveline of any clocks, or of none: ``sections`` strobes instead. The surface is a guard
+of the run, so every crossing is located on the dense output to some ulp of time, however close two of them are; no grid of
+samples has to resolve them.
+Source: F. C. Moon, Chaotic Vibrations (1987), ch. 2.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -19,13 +20,13 @@ from modelgen.analysis.strobes import Patience
 from modelgen.analysis.strobes_recurrence import nearest_return, recurrence
 from modelgen.analysis.strobes_runs import Setting, compiled_model, options_of, restarted, run_one, setting
 from modelgen.errors import CaseError
+from modelgen.lowering import Section
 from modelgen.solvers.case import Case
-from modelgen.solvers.outcome import Outcome
+from modelgen.solvers.problem import Trajectory
 
 Array = NDArray[np.float64]
-CHUNK = 4096  # samples that are held at once
-NEWTON = 6
-EXACT = 1e-12  # of the channel's size: a level that is met
+DRAWN = 4096  # samples of the motion between the first point and the last
+WAYS = {1: "upward", -1: "downward", 0: "in either direction"}
 
 
 def surface_section(
@@ -38,32 +39,36 @@ def surface_section(
 ) -> SectionResult:
     """Points where a channel passes a level, ``surface`` = (channel, level in its unit), upward (+1), downward (-1) or both (0).
 
-    The case says from when on points count (``record_from``) and how long is looked for them (``end``); its ``samples`` are those
-    of the search over that time, and must resolve the fastest vibration. Raises CaseError where fewer than 2 points are found.
+    The case says from when on points count (``record_from``) and how long is looked for them (``end``); its samples are not used.
+    The first ``count`` points are kept. Raises CaseError where fewer than 2 points are found, and for a solver without events.
     """
     model = compiled_model(case, "section")
     if not isinstance(surface, tuple) or len(surface) != 2:
         raise CaseError("section, surface", f"is {surface!r:.40}", "give (channel, level)")
-    guard, level = section_channels(model, [surface[0]])[0], float(surface[1])
-    if direction not in (-1, 0, 1):
+    guard, level = section_channels(model, [surface[0]])[0], _level(surface[1])
+    if isinstance(direction, bool) or direction not in WAYS:
         raise CaseError("section, direction", f"is {direction!r}", "give 1 (upward), -1 (downward) or 0 (both)")
-    patience, names, made = Patience(count), section_channels(model, channels), setting(case)
-    times, states, outcome, message = _crossings(case, made, guard, level, direction, count)
+    patience, names = Patience(count), section_channels(model, channels)
+    made = setting(case.change(sections=(*case.sections, Section(guard, level, direction))))
+    first = float(case.record_from or 0.0)
+    run = _run(made, np.array([first, case.end]))
+    times, states = _points(run, first, count)
     if len(times) < 2:
-        ways = {1: "upward", -1: "downward", 0: "in either direction"}
-        found = f"passes {level:.6g} {model.unit(guard)} {ways[direction]} {len(times)} times up to {case.end:g} s"
+        found = f"passes {level:.6g} {model.unit(guard)} {WAYS[direction]} {len(times)} times up to {case.end:g} s"
+        if not run.outcome.is_good:
+            raise CaseError(f"section, channel {guard!r}", f"{found}: {run.message}", "mend what stopped the run")
         raise CaseError(f"section, channel {guard!r}", found, "choose a level within its range, or a later end")
-    values, rates = motion_of(model, times, states, made.point.p, names)
+    p = made.point.p
+    values, rates = motion_of(model, times, states, p, names)
     kept, still = vibrating_states(model, made.point), patience.within(case.tolerance)
     sequence = states[:, kept] / made.problem.scale[kept]
     back = recurrence(sequence, still)
     settled = back.period > 0 and back.first == 0
-    inside = np.linspace(times[0], times[-1], CHUNK)
-    orbit = run_one(case, restarted(made.problem, states[0], inside, float(times[0])), options_of(case))
-    orbit_values, orbit_rates = motion_of(model, orbit.times, orbit.states, made.point.p, names)
+    orbit = _run(made, np.linspace(times[0], times[-1], DRAWN))
+    orbit_values, orbit_rates = motion_of(model, orbit.times, orbit.states, p, names)
     return SectionResult(
         model=model.name,
-        parameters={name: float(model.parameters.value(made.point.p, name)) for name in case.parameters},
+        parameters={name: float(model.parameters.value(p, name)) for name in case.parameters},
         section=f"surface {guard} = {level:.6g} {model.unit(guard)}",
         channels=names,
         units=tuple(model.unit(name) for name in names),
@@ -80,57 +85,27 @@ def surface_section(
         residual=back.residual if settled else nearest_return(sequence),
         still=still,
         settled=settled,
-        outcome=outcome,
-        message=message,
+        outcome=run.outcome,
+        message=run.message,
     )
 
 
-def _crossings(
-    case: Case, made: Setting, guard: str, level: float, direction: int, count: int
-) -> tuple[Array, Array, Outcome, str]:
-    """Times and states of the first ``count`` crossings after ``record_from``."""
-    options, problem = options_of(case), made.problem
-    grid = case.times()
-    found: list[tuple[float, Array]] = []
-    begin, state = problem.t0, problem.x0
-    outcome, message = Outcome.SUCCESS, ""
-    for first in range(0, len(grid), CHUNK):
-        times = grid[first : first + CHUNK]
-        # The last sample again, so that nothing between two chunks is missed.
-        times = np.concatenate([[begin], times]) if first else times
-        run = run_one(case, restarted(problem, state, times, begin), options)
-        outcome, message = run.outcome, run.message
-        if not len(run.times):
-            break
-        found += _in_chunk(case, made, run.times, run.states, guard, level, direction)
-        begin, state = float(run.times[-1]), run.states[-1].copy()
-        if len(found) >= count or not outcome.is_good:
-            break
-    times = np.array([each for each, _ in found[:count]])
-    return times, np.array([each for _, each in found[:count]]).reshape(len(times), len(problem.x0)), outcome, message
+def _level(value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not math.isfinite(value):
+        raise CaseError("section, surface", f"has the level {value!r:.40}", "give a finite number in the unit of the channel")
+    return float(value)
 
 
-def _in_chunk(
-    case: Case, made: Setting, times: Array, states: Array, guard: str, level: float, direction: int
-) -> list[tuple[float, Array]]:
-    model, p = case.model, made.point.p
-    values = motion_of(model, times, states, p, [guard])[0][:, 0]
-    above = values - level > 0
-    turns = np.flatnonzero(above[1:] != above[:-1])
-    size, options = max(float(np.ptp(values)), abs(level), 1e-300), options_of(case)
-    found = []
-    for k in turns[(direction == 0) | (above[turns + 1] == (direction > 0))]:
-        low, high = float(times[k]), float(times[k + 1])
-        # Secant, then Newton from the flow itself, kept in the bracket.
-        t = low + (high - low) * (level - values[k]) / (values[k + 1] - values[k])
-        state = states[k]
-        for _ in range(NEWTON):
-            if not low < t < high:
-                break
-            state = run_one(case, restarted(made.problem, states[k], np.array([t]), low), options).states[-1]
-            value, rate = (float(each[0, 0]) for each in motion_of(model, np.array([t]), state[None], p, [guard]))
-            if abs(value - level) <= EXACT * size or rate == 0:
-                break
-            t = float(np.clip(t - (value - level) / rate, low, high))
-        found.append((t, state))
-    return found
+def _run(made: Setting, times: Array) -> Trajectory:
+    """The motion from the start of the case, without the turning that a free driveline begins with."""
+    state = np.array(made.problem.x0)
+    state[list(made.case.model.equations.rigid)] = 0.0
+    return run_one(made.case, restarted(made.problem, state, times), options_of(made.case))
+
+
+def _points(run: Trajectory, first: float, count: int) -> tuple[Array, Array]:
+    """Times and states of the first crossings of the surface, which is the last of all guards, from ``first`` on."""
+    assert run.events is not None
+    last = len(run.events.switching.crossings) - 1
+    taken = np.flatnonzero((run.events.which == last) & (run.events.times >= first))[:count]
+    return run.events.times[taken], run.events.states[taken]

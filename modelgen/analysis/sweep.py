@@ -8,6 +8,7 @@ on the way.
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -61,7 +62,8 @@ def sweep(
     ``workers``: processes, by default as many as cores; 0 computes in this process, which is also done for models that are more
     than a model file can say. ``client``: a ``distributed.Client`` of a cluster. ``progress(done, points)`` is called on the way.
     The solver runs in generated C where it can, unless the case's options ask for the back end "vm". A point that fails is an
-    outcome in the result, never an error.
+    outcome in the result, never an error. So is one with which workers die three times, alone and when all else is done; it
+    stands in the table, not in the store, so the same sweep tries it again.
 
     Raises NamingError, UnitError, ModelError or CaseError for what cannot be asked, for a folder of something else, and where the
     disk does not take the results.
@@ -79,9 +81,12 @@ def sweep(
     wanted = collection_of(case.model, collect, case.samples)
     most = MEMORY // (8 * (len(over) + wanted.width) + PER_POINT) if isinstance(over, Mapping) else 1
     points = points_of(case.model, over, sampling, count, case.seed, most)
+    _refuse_unlawful(case, points)
     processes = crew_options(workers)
+    if client is not None and not callable(getattr(client, "submit", None)):
+        raise CaseError("sweep, client", f"is {client!r:.60}", "give a distributed.Client")
     if out is not None:
-        refuse_foreign(Path(out), f"sweep folder {str(out)!r}")
+        refuse_foreign(out, f"sweep folder {str(out)!r}")
     case, engine = settled(case)
     shares = [name for name in wanted.counts if name.endswith(SHARE)]
     if shares and events_of(case) is None:
@@ -103,6 +108,19 @@ def sweep(
         result = record.result(case, engine, points, wanted, tuple(store.notes))
         store.write(TABLE, result.csv_text().encode())
     return result
+
+
+def _refuse_unlawful(case: Case, points: Points) -> None:
+    """Raises NamingError, ModelError, UnitError or CaseError for what is wrong with all points alike."""
+    own = {name: value for name, value in case.parameters.items() if name not in points.names}
+    case.model.parameters.vector(own)
+    starts = {} if isinstance(case.start, str) else case.start
+    for name in starts:
+        case.model.state_index(name)
+    try:
+        json.dumps(case.data(), allow_nan=False)
+    except ValueError:
+        raise CaseError("sweep, case", "holds a number that is not finite", "give finite parameters and starts") from None
 
 
 def plan_of(case: Case, engine: Mapping[str, Any], points: Points, collect: tuple[str, ...]) -> dict[str, Any]:
@@ -158,11 +176,13 @@ def _run(
     runner = Runner(case, engine, points.names, collect, plan)
 
     def mark(point: int, how: str) -> None:
-        message = f"not finished: the worker died {DEATHS} times on this point ({how})"
+        message = f"not finished: the worker died {DEATHS} times on this point ({how}); the same sweep tries it again"
         at = np.array([point], dtype=np.int64)
         key = key_of(runner.at(points.values[point].tolist()))
         numbers = np.full((1, runner.wanted.width), np.nan)
-        accept(encode(Batch(plan, at, (key,), (Outcome.SOLVER_ERROR.name,), (message,), numbers)))
+        # Not kept in the store: who kills workers may be someone else than the point.
+        record.put(Batch(plan, at, (key,), (Outcome.SOLVER_ERROR.name,), (message,), numbers))
+        say()
 
     carried = portable(case)
     if client is not None:

@@ -87,6 +87,11 @@ class Runner:
 
     def run(self, points: NDArray[np.int64], values: Array, threads: int = 1) -> Batch:
         """The batch of these points; ``values`` (m, names) are those of the swept parameters."""
+        # Warnings of NumPy depend on the process; what is not finite shows in the outcome.
+        with np.errstate(all="ignore"):
+            return self._run(points, values, threads)
+
+    def _run(self, points: NDArray[np.int64], values: Array, threads: int) -> Batch:
         cases = [self.at(row) for row in values.tolist()]
         numbers = np.full((len(cases), self.wanted.width), np.nan)
         outcomes, messages = [""] * len(cases), [""] * len(cases)

@@ -83,7 +83,8 @@ def collection_of(model: Compiled, collect: Sequence[str], samples: int) -> Coll
     ...
     modelgen.errors.CaseError: sweep, collect: 'shaft.torque.maximum' has no statistic 'maximum'; known are highest, ...
     """
-    if isinstance(collect, str) or not collect or not all(isinstance(name, str) for name in collect):
+    lawful = isinstance(collect, Sequence) and not isinstance(collect, str) and all(isinstance(name, str) for name in collect)
+    if not lawful or not collect:
         raise CaseError("sweep, collect", f"is {collect!r:.60}", 'give names, such as ["coupling.torque.highest"]')
     if len(set(collect)) < len(collect):
         twice = next(name for name in collect if list(collect).count(name) > 1)

@@ -3,8 +3,8 @@
 Part of ``sweep``. Processes and not threads, because a process that is killed, or that a fault in compiled code takes down, takes
 nothing else with it, and because preparing a point is Python, which threads would do one after the other. They are started by
 their command and spoken to in plain messages: nothing is pickled, the caller's main module is not run again, and a terminal's
-Ctrl-C reaches this process only. The results come here, and only this process writes. A worker that ends for whatever reason is
-replaced, and what it had is done again.
+Ctrl-C reaches this process only. The results come here, and only this process writes. A worker that ends for whatever reason, or
+that somebody stops (SIGSTOP) and forgets, is replaced, and what it had is done again.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ Accept = Callable[[bytes], None]
 Mark = Callable[[int, str], None]
 STILLBORN = 20  # workers in a row that end before they are ready
 PATIENCE = 0.5  # s between two looks for something to do besides waiting
+STOPPED = 5.0  # s that a worker may be held by a signal
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 """Matrices are small here, and every core has its worker."""
 
@@ -46,6 +47,7 @@ class _Worker:
         self.batch: NDArray[np.int64] | None = None
         self.began = 0.0
         self.ready = False
+        self.stopped: float | None = None
         self.words = tempfile.TemporaryFile()  # noqa: SIM115 - closed when the worker has ended
         root = str(Path(__file__).parents[2])
         path = os.pathsep.join([root, *filter(None, [os.environ.get("PYTHONPATH")])])
@@ -77,6 +79,18 @@ class _Worker:
         """Have a batch computed."""
         self.batch, self.began = batch, time.perf_counter()
         self._order(POINTS, points_text(batch, values[batch]))
+
+    def held(self) -> bool:
+        """Whether a signal has held it for too long, where the system can tell."""
+        if not hasattr(os, "waitid"):
+            return False
+        now = time.monotonic()
+        try:
+            held = os.waitid(os.P_PID, self.process.pid, os.WSTOPPED | os.WNOHANG | os.WNOWAIT) is not None
+        except ChildProcessError:  # it has ended
+            held = False
+        self.stopped = (self.stopped or now) if held else None
+        return self.stopped is not None and now - self.stopped > STOPPED
 
     def end(self) -> None:
         """End it, whatever it does."""
@@ -110,6 +124,9 @@ class Crew:
             while self.work or any(each.batch is not None for each in self.workers):
                 while self.work and len(self.workers) < self.count:
                     self.workers.append(_Worker(self.job, self.answers))
+                for each in self.workers:
+                    if each.held():
+                        each.process.kill()
                 try:
                     worker, kind, content = self.answers.get(timeout=PATIENCE)  # with a limit, so that Ctrl-C is heard
                 except queue.Empty:
@@ -158,8 +175,9 @@ class Crew:
         how = worker.last_words()
         worker.end()
         if worker.batch is not None:
-            point = self.work.died(worker.batch)
-            if point is not None:
+            if worker.stopped is not None:
+                self.work.returned(worker.batch)
+            elif (point := self.work.died(worker.batch)) is not None:
                 self.mark(point, how)
             self._rest()
             return

@@ -74,6 +74,9 @@ def points_of(
     if not isinstance(over, Mapping) or not over:
         raise CaseError("sweep, over", f"is {over!r:.60}", 'give values by name, such as {"zeta": [0.01, 0.02]}')
     names = tuple(over)
+    for name in names:
+        if not isinstance(name, str):
+            raise CaseError("sweep, over", f"names {name!r:.60}", "give values by the names of parameters")
     units = tuple(_unit(model, name) for name in names)
     columns = [_numbers(model, name, unit, over[name]) for name, unit in zip(names, units, strict=True)]
     spread = sampling in ("random", "sobol")
@@ -89,6 +92,8 @@ def points_of(
     else:
         if isinstance(count, bool) or not isinstance(count, int) or count < 1:
             raise CaseError("sweep, count", f"is {count!r}", "give the number of points")
+        if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+            raise CaseError("sweep, seed", f"is {seed!r}", "give a whole number from 0 up")
         total = count
     if total > most:
         raise CaseError("sweep", f"has {total} points; memory holds the results of {most}", "take fewer values, or collect less")
@@ -122,7 +127,7 @@ def _unit(model: Compiled, name: str) -> str:
 def _numbers(model: Compiled, name: str, unit: str, given: Any) -> Array:
     """The values of one name in SI, finite and within the limits of the parameter."""
     where = f"sweep over {name!r}"
-    if isinstance(given, (str, int, float, np.number)) or not isinstance(given, Iterable):
+    if isinstance(given, (str, int, float, np.number)) or not isinstance(given, Iterable) or getattr(given, "ndim", 1) == 0:
         given = [given]
     try:
         numbers = np.array([read_quantity(v, unit, where) if isinstance(v, str) else float(v) for v in given], dtype=float)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import csv
 import io
+import os
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -126,14 +127,18 @@ class SweepResult:
 
     def to_netcdf(self, path: str | Path) -> Path:
         """Writes ``to_xarray()`` as NetCDF. Raises CaseError without the extra ``xarray``."""
-        dataset = self.to_xarray()
+        dataset, path = self.to_xarray(), Path(path)
+        unfinished = path.with_name(f".unfinished-{path.name}")
         try:
-            dataset.to_netcdf(path, engine="netcdf4")
+            dataset.to_netcdf(unfinished, engine="netcdf4")
+            os.replace(unfinished, path)
         except (ImportError, ValueError) as error:
             raise CaseError(str(path), f"cannot be written as NetCDF: {error}", 'pip install "modelgen[xarray]"') from None
         except OSError as error:
             raise CaseError(str(path), f"cannot be written: {error.strerror or error}", "check the path and the space") from None
-        return Path(path)
+        finally:
+            unfinished.unlink(missing_ok=True)
+        return path
 
     def __str__(self) -> str:
         over = " x ".join(f"{name} ({len(axis)})" for name, axis in zip(self.names, self.axes, strict=False))

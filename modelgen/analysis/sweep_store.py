@@ -2,8 +2,9 @@
 
 Part of ``sweep``. One process writes. Every file is written beside its place, brought to the disk and moved there, so a name
 stands for the whole file or for none; what a shard holds is checked when it is read, and a damaged one is deleted and computed
-again. The plan is written before the first point; every shard carries its digest, so a lost plan costs nothing and one
-of another sweep is noticed. The lock is the operating system's on the folder itself and ends with the process that holds it.
+again. The plan is written before the first point; every shard carries its digest, so a lost plan costs nothing and a shard
+of another sweep is noticed: beside our plan it is left out, without a plan the folder is refused. The lock is the operating
+system's on the folder itself and ends with the process that holds it.
 """
 
 from __future__ import annotations
@@ -29,7 +30,8 @@ except ImportError:  # not on Windows: there nobody hinders two processes from c
 PLAN, SHARDS, TABLE = "sweep-plan.json", "shards", "table.csv"
 WRITTEN = (PLAN, SHARDS, TABLE, "sweep.png", "sweep.nc")
 """What modelgen writes into the folder of a sweep."""
-UNFINISHED = ".unfinished-"
+UNFINISHED = (".unfinished-", ".sweep.png.")
+"""How the names of files begin that were never finished; the second one is a figure's."""
 ANOTHER = "name another folder, or start over with fresh (--fresh), which deletes its points"
 
 
@@ -45,6 +47,7 @@ class Store:
         self.folder, self.plan, self.digest = folder, plan, digest_of(plan)
         self.where = f"sweep folder {str(folder)!r}"
         self.notes: list[str] = []
+        self.planned = False
 
     def batches(self) -> Iterator[Batch]:
         """Every batch that is kept, one at a time; damaged ones are deleted. Raises CaseError for one of another sweep."""
@@ -57,6 +60,9 @@ class Store:
                 continue
             except OSError as error:
                 raise CaseError(self.where, f"{path.name} cannot be read: {error.strerror}", "check its permissions") from None
+            if batch.plan != self.digest and self.planned:
+                self.notes.append(f"shard {path.name} holds points of another sweep and was left out")
+                continue
             if batch.plan != self.digest:
                 raise CaseError(self.where, "holds points of another sweep", ANOTHER)
             yield batch
@@ -68,7 +74,7 @@ class Store:
     def write(self, name: str, content: bytes) -> Path:
         """A file in the folder, whole or not at all. Raises CaseError where the disk does not take it."""
         path = self.folder / name
-        temporary = path.with_name(f"{UNFINISHED}{path.name}")
+        temporary = path.with_name(f"{UNFINISHED[0]}{path.name}")
         try:
             try:
                 with temporary.open("wb") as file:
@@ -100,8 +106,9 @@ def opened(folder: str | Path, plan: Mapping[str, Any], fresh: bool = False) -> 
                 _clear(store.folder)
             _check_plan(store)
             (store.folder / SHARDS).mkdir(exist_ok=True)
-            for left in [*store.folder.glob(f"{UNFINISHED}*"), *(store.folder / SHARDS).glob(f"{UNFINISHED}*")]:
-                left.unlink()
+            for left in [*store.folder.iterdir(), *(store.folder / SHARDS).iterdir()]:
+                if left.name.startswith(UNFINISHED):
+                    left.unlink()
             text = json.dumps({"digest": store.digest, "plan": plan}, indent=1).encode()
             if not (store.folder / PLAN).exists() or (store.folder / PLAN).read_bytes() != text:
                 store.write(PLAN, text)
@@ -110,19 +117,22 @@ def opened(folder: str | Path, plan: Mapping[str, Any], fresh: bool = False) -> 
         raise CaseError(store.where, f"cannot be used: {error.strerror or error}", "check the path and its permissions") from None
 
 
-def refuse_foreign(folder: Path, where: str) -> None:
+def refuse_foreign(out: str | Path, where: str) -> None:
     """Raises CaseError for a file, and for a folder with anything that modelgen did not write there."""
     try:
+        folder = Path(out)
         held = sorted(entry.name for entry in folder.iterdir() if not entry.name.startswith(UNFINISHED))
         shards = folder / SHARDS
         held += sorted(f"{SHARDS}/{each.name}" for each in shards.iterdir()) if shards.is_dir() else []
     except FileNotFoundError:
         return
+    except (TypeError, ValueError):
+        raise CaseError(where, "is no name of a folder", "name a folder") from None
     except NotADirectoryError:
         raise CaseError(where, "is a file", "name a folder") from None
     except OSError as error:
         raise CaseError(where, f"cannot be read: {error.strerror}", "check the path and its permissions") from None
-    shard = tuple(f"{SHARDS}/{start}" for start in (*"0123456789", UNFINISHED))
+    shard = tuple(f"{SHARDS}/{start}" for start in (*"0123456789", UNFINISHED[0]))
     foreign = [name for name in held if name not in WRITTEN and not name.startswith(shard)]
     if held and not {PLAN, SHARDS} & set(held):
         foreign = held
@@ -141,6 +151,7 @@ def read_plan(folder: Path) -> dict[str, Any] | None:
 
 def _check_plan(store: Store) -> None:
     held = read_plan(store.folder)
+    store.planned = held is not None
     if held is not None and digest_of(held) != store.digest:
         raise CaseError(store.where, f"holds another sweep: {_difference(held, store.plan)}", ANOTHER)
 

@@ -3,7 +3,8 @@
 Part of ``sweep``; knows nothing of processes or machines. A batch that dies is tried again in pieces, so that one bad point is
 found out and does not take its neighbors with it. Only a point that was alone when its worker died can be at fault. It is tried
 again when all else is done, one such point at a time: if then workers die with it and none without it, it is marked after the
-third time, while somebody who kills workers at random does not get a good point marked.
+third time. Somebody who kills workers at random gets a good point marked only by hitting it three times in a row and nothing
+else in between; and as a mark is not kept in the store, the next run of the same sweep mends that too.
 """
 
 from __future__ import annotations
@@ -78,6 +79,15 @@ class Work:
             return point
         self.suspects.appendleft(point)
         return None
+
+    def returned(self, batch: Numbers) -> None:
+        """A batch comes back undone, and its points have nothing to do with it."""
+        self.disturbed()
+        if self.tried is not None and len(batch) == 1 and int(batch[0]) == self.tried:
+            self.suspects.appendleft(self.tried)
+            self.tried = None
+        else:
+            self.again.appendleft(batch)
 
     def disturbed(self) -> None:
         """A worker died of something else: then the point that is tried may not be at fault either."""

@@ -33,6 +33,7 @@ from modelgen.cli.reproduce import reproduce
 from modelgen.cli.run import run
 from modelgen.cli.show import show
 from modelgen.cli.sweep import sweep
+from modelgen.cli.transmission_error import transmission_error
 from modelgen.errors import ModelgenError
 
 EXAMPLES = """
@@ -67,7 +68,7 @@ def commands() -> None:
 
 
 COMMANDS = (
-    *(bifurcation, poincare, operating_map),
+    *(bifurcation, poincare, operating_map, transmission_error),
     *(lyapunov, orbit, reproduce),
     *(run, modal, campbell, forced, sweep, limits, compare),
     *(crosscheck, referee),

@@ -104,11 +104,7 @@ def _cut(case: Case, surface: str, channels: tuple[str, ...], count: int, end: f
 
     name, text = pair(surface, "--surface", 'CHANNEL=VALUE, such as coupling.twist="0.2 deg"')
     level = read_quantity(text, case.model.unit(name), f"--surface {name}")
-    samples = max(2001, int(end * SAMPLES_PER_SECOND))
-    return surface_section(case.change(end=end, samples=samples), (name, level), channels or None, count=count)
-
-
-SAMPLES_PER_SECOND = 20_000
+    return surface_section(case.change(end=end), (name, level), channels or None, count=count)
 
 
 def _write(result: SectionResult, verdict: Verdict, folder: Path) -> None:

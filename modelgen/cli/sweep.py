@@ -43,6 +43,8 @@ DASK = "Address of a Dask scheduler, whose workers compute."
 WORKERS = "Processes on this machine; 0 computes in this one.  [default: one per core]"
 BACKEND = "Generated C where there is a compiler (auto), C or nothing, or CasADi's virtual machine."
 NETCDF = "Also write sweep.nc (needs the extra xarray)."
+SAMPLINGS = ("grid", "list", "random", "sobol")
+MOST = 10_000_000  # points of one range
 UNITED = re.compile(r"(.*?[\d.])\s+(\S.*)")
 
 
@@ -52,9 +54,9 @@ UNITED = re.compile(r"(.*?[\d.])\s+(\S.*)")
 @click.option("--collect", multiple=True, metavar="NAME", help=COLLECT)
 @click.option("--out", required=True, type=click.Path(path_type=Path), help="Folder that keeps the results.")
 @click.option("--fresh", is_flag=True, help="Start over: delete what a sweep left in the folder.")
-@click.option("--sampling", default="grid", show_default=True, metavar="grid|list|random|sobol", help=SAMPLING)
+@click.option("--sampling", type=click.Choice(SAMPLINGS), default="grid", show_default=True, help=SAMPLING)
 @click.option("--count", type=click.IntRange(min=1), help="How many random or Sobol' points.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Of random and Sobol' points.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of random and Sobol' points.")
 @click.option("--window", nargs=2, metavar="FIRST LAST", help=WINDOW)
 @click.option("--samples", type=click.IntRange(min=2), default=2001, show_default=True, help="Output times in the window.")
 @click.option("--start", type=click.Choice(["static", "zero"]), default="static", show_default=True, help="Where runs start.")
@@ -82,7 +84,7 @@ def sweep(
 
         refuse_foreign(out, f"sweep folder {str(out)!r}")
         _, compiled = opened(model, assignments, speed)
-        over = dict(_values(compiled, *pair(each, "--over", "NAME=START:STOP:COUNT"), options["sampling"]) for each in ranges)
+        over = _over(compiled, ranges, options["sampling"])
         collect = options["collect"] or _usual(compiled)
         case = _case(compiled, options)
         client = None if options["dask"] is None else connect(options["dask"])
@@ -97,15 +99,28 @@ def sweep(
         try:
             result = swept(case, over, collect, out=out, client=client, progress=say, **kinds)
         except KeyboardInterrupt:
-            kept = f"{done[0]} of {done[1]} points are kept in {out}, and the same command goes on"
+            kept = f"{done[0]} of {done[1]} points are kept in {click.format_filename(out)}, and the same command goes on"
             raise Ending(f"interrupted; {kept}", INTERRUPTED) from None
         finally:
             if client is not None:
                 client.close()
         progress.stage("draw")
-        _write(result, out, options["netcdf"])
+        written = _write(result, out, options["netcdf"])
     click.echo(str(result))
-    click.echo(f"table and figure: {out}")
+    click.echo(f"{', '.join(written)} in {click.format_filename(out)}")
+
+
+def _over(model: Compiled, ranges: tuple[str, ...], sampling: str) -> dict[str, Any]:
+    """The values by name. Raises CaseError for a name given twice."""
+    from modelgen.errors import CaseError
+
+    over: dict[str, Any] = {}
+    for each in ranges:
+        name, values = _values(model, *pair(each, "--over", "NAME=START:STOP:COUNT"), sampling)
+        if name in over:
+            raise CaseError(f"--over {name}", "is given twice", "give all its values at once")
+        over[name] = values
+    return over
 
 
 def _values(model: Compiled, name: str, text: str, sampling: str) -> tuple[str, list[float]]:
@@ -134,8 +149,10 @@ def _values(model: Compiled, name: str, text: str, sampling: str) -> tuple[str, 
             raise CaseError(where, f"is {text!r}", "random points lie between LOW:HIGH")
         return name, [number(part) for part in parts]
     count = parts[2].removesuffix(shared).strip() if len(parts) == 3 else ""
-    if not re.fullmatch(r"\d{1,9}", count) or int(count) < 1 or "," in text:
+    if not re.fullmatch(r"[0-9]{1,18}", count) or int(count) < 1 or "," in text:
         raise CaseError(where, f"is {text!r}", "write START:STOP:COUNT, such as 0:0.05:201, or values with commas")
+    if int(count) > MOST:
+        raise CaseError(where, f"has {int(count)} points", f"take at most {MOST}")
     return name, np.linspace(number(parts[0]), number(parts[1]), int(count)).tolist()
 
 
@@ -173,10 +190,13 @@ def _case(model: Compiled, options: dict[str, Any]) -> Case:
     )
 
 
-def _write(result: Any, out: Path, netcdf: bool) -> None:
+def _write(result: Any, out: Path, netcdf: bool) -> list[str]:
+    """Figure and NetCDF beside the table; returns the names of all that is there."""
     from modelgen.plots import plot, save
 
+    written = ["table.csv"]
     if len(result.names) <= 2 and result.collected and len(result) > 1:
-        save(plot(result), out / "sweep.png")
+        written.append(save(plot(result), out / "sweep.png").name)
     if netcdf:
-        result.to_netcdf(out / "sweep.nc")
+        written.append(result.to_netcdf(out / "sweep.nc").name)
+    return written

@@ -12,8 +12,17 @@ from typing import Any
 
 import sympy
 
-from modelgen.model import Element, Flange, Guard, Modes, Multiplier, Param, quantity
+from modelgen.errors import ModelError
+from modelgen.model import Derived, Element, Flange, Guard, Modes, Multiplier, Param, quantity
 from modelgen.model.declarations import FlangeSymbols
+
+
+def checked_torques(sliding_torque: float, holding_torque: float) -> tuple[float, ...]:
+    """Nothing, for torques that allow a brake to stick where it has come to rest. Raises ModelError for others."""
+    if holding_torque < sliding_torque:
+        found = f"holding_torque {holding_torque:g} N*m is below sliding_torque {sliding_torque:g} N*m"
+        raise ModelError("brake", found, "what breaks away must be able to slip: hold at least what slides")
+    return ()
 
 
 class Brake(Element):
@@ -30,6 +39,7 @@ class Brake(Element):
     holding_torque = Param("N*m", nonnegative=True, doc="largest torque while it sticks, not below the sliding torque")
     other_speed = Param("rad/s", default=0.0, doc="speed of the other side")
     smallest_slip = Param("rad/s", default=1e-11, positive=True, doc="slip that is taken for rest")
+    check = Derived("N*m", checked_torques, of=("sliding_torque", "holding_torque"), count=lambda self: 0)
     contact = Modes("stick", "forward", "backward", continuous=False, doc="whether and which way it slips")
     friction = Multiplier("N*m", doc="torque that keeps it from slipping")
 

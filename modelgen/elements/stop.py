@@ -38,8 +38,8 @@ class HardStop(Element):
 
     def guards(self) -> Iterable[Guard]:
         thrown_back = {self.a.speed - self.b.speed: -self.restitution * self.twist_rate}
-        yield Guard("upper", self.twist - self.clearance, +1, reset=thrown_back)
-        yield Guard("lower", self.twist + self.clearance, -1, reset=thrown_back)
+        yield Guard("upper", self.twist - self.clearance, +1, reset=thrown_back, barrier=True)
+        yield Guard("lower", self.twist + self.clearance, -1, reset=thrown_back, barrier=True)
 
 
 class ElasticStop(Element):

@@ -46,6 +46,7 @@ class Transition:
     enter: str | None = None
     resets: tuple[Reset, ...] = ()
     stops: bool = False
+    barrier: bool = False
 
 
 @dataclass(frozen=True)

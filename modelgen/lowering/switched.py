@@ -7,7 +7,7 @@ sections. Within a mode the right-hand side is as smooth as the laws; nothing is
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -144,7 +144,7 @@ def switching_parts(fixed: Fixed, clocks: Clocks, x: ca.SX, motion: Motion) -> S
             crossing = _crossing(prefix, guard, index_of, modes)
             if guard.resets:
                 resets.append(_after(fixed, instance, guard, x, program.balance, present[part], after[part]))
-                crossing = _with_reset(crossing, len(resets) - 1)
+                crossing = replace(crossing, reset=len(resets) - 1)
             crossings.append(crossing)
             place = part.stop
     return SwitchingParts(
@@ -180,14 +180,10 @@ def _check_held(fixed: Fixed, clocks: Clocks, x: ca.SX, flags: list[ca.SX], held
 def _crossing(prefix: str, guard: Transition, index_of: dict[str, int], modes: list[ModeVariable]) -> Crossing:
     name = f"{prefix}{guard.name}"
     if guard.variable is None or guard.leave is None or guard.enter is None:
-        return Crossing(name, guard.direction, stops=guard.stops)
+        return Crossing(name, guard.direction, stops=guard.stops, barrier=guard.barrier)
     variable = index_of[guard.variable]
     leave, enter = (modes[variable].values.index(value) for value in (guard.leave, guard.enter))
-    return Crossing(name, guard.direction, variable, leave, enter, stops=guard.stops)
-
-
-def _with_reset(crossing: Crossing, column: int) -> Crossing:
-    return Crossing(crossing.name, crossing.direction, crossing.variable, crossing.leave, crossing.enter, column, crossing.stops)
+    return Crossing(name, guard.direction, variable, leave, enter, stops=guard.stops, barrier=guard.barrier)
 
 
 def _after(

@@ -50,7 +50,7 @@ class Crossing:
     ``direction``: +1 rising, -1 falling, 0 both. A crossing with a ``variable`` (its number) is watched in the mode ``leave``
     and leads to ``enter`` (numbers of its values); it also fires at once where that mode is entered with the guard already
     beyond zero, in its direction. One without changes no mode, and if it has no reset either it is a section. ``reset``: column
-    of the resets that gives the state after it. ``stops``: the run ends there.
+    of the resets that gives the state after it. ``stops``: the run ends there. ``barrier``: no run starts beyond it.
     """
 
     name: str
@@ -60,6 +60,7 @@ class Crossing:
     enter: int | None = None
     reset: int | None = None
     stops: bool = False
+    barrier: bool = False
 
 
 @dataclass(frozen=True)

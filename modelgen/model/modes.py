@@ -108,7 +108,8 @@ class Guard:
     ``direction`` is +1 for rising, -1 for falling, 0 for both. It is watched in the mode ``leave`` and leads to ``enter``: names
     of modes, or their symbols; without them it is watched always. ``reset`` maps own states, and flange speeds or linear
     combinations of them, to their values after the event. A speed is set by one impulse on the flanges of the combination, with
-    the lever arms that the combination has, so that momentum is kept. With ``stops`` the run ends there.
+    the lever arms that the combination has, so that momentum is kept. With ``stops`` the run ends there. A ``barrier`` has
+    nothing behind it, beyond zero in its direction: no run can start there.
     """
 
     name: str
@@ -118,6 +119,7 @@ class Guard:
     enter: Any = None
     reset: Any = ()
     stops: bool = False
+    barrier: bool = False
 
     def resets(self) -> tuple[tuple[Any, Any], ...]:
         """What is set and its value, in pairs."""

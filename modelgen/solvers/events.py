@@ -50,7 +50,7 @@ class Events:
         self.functions = guard_functions(switching, method.interpolant, scaled.size)
         count = len(switching.crossings)
         self.start, self.signs = np.zeros(2 * count), np.zeros(count)
-        self.floors, self.zeros = guard_floors(switching, scaled, options.tolerance)
+        self.floors, self.zeros = guard_floors(switching, scaled.problem, options.tolerance)
         self.directions = np.array([crossing.direction for crossing in switching.crossings])
         self.effect = np.array(
             [each.variable is not None or each.reset is not None or each.stops for each in switching.crossings], dtype=bool

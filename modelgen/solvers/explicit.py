@@ -19,7 +19,6 @@ from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Traject
 from modelgen.solvers.tableau_step import tableau_method
 from modelgen.solvers.watch import Watch
 
-
 SHORT = 3e8
 """Instructions of the virtual machine that a run may take before generated C is worth its building: some tenths of a second."""
 OVERHEAD = 20_000

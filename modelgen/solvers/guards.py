@@ -21,10 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.lowering.switching import Switching
-from modelgen.solvers.coordinates import ScaledProblem
 from modelgen.solvers.dense_output import Interpolant
 from modelgen.solvers.method import BoundStep, bind
-from modelgen.solvers.problem import Vector
+from modelgen.solvers.problem import InitialValueProblem, Vector
 
 RESOLUTION = 0.02  # of a guard's size: how far the cubic may be from it
 DIP = 0.1  # of a guard's size: a dip that stays further away from zero is not searched
@@ -111,14 +110,13 @@ def _flag(switching: Switching, index: int, p: Any) -> Any:
     return p[switching.modes[crossing.variable].first + crossing.leave]
 
 
-def guard_floors(switching: Switching, scaled: ScaledProblem, tolerance: float) -> tuple[Vector, Vector]:
+def guard_floors(switching: Switching, problem: InitialValueProblem, tolerance: float) -> tuple[Vector, Vector]:
     """Per guard, the size below which it means nothing, and the size of its rounding: both by its derivatives at the start.
 
     An error of a state of ``tolerance`` times its scale moves a guard by the first; the last digits of the states by the second.
     """
-    problem = scaled.problem
     steepness = np.abs(np.array(_gradient(switching)(problem.t0, problem.x0, problem.p)))
-    steepness = np.where(np.isfinite(steepness), steepness, 0.0).reshape(len(switching.crossings), scaled.size)
+    steepness = np.where(np.isfinite(steepness), steepness, 0.0).reshape(len(switching.crossings), problem.x0.size)
     floors = tolerance * steepness @ problem.scale + TINY
     return floors, 64 * np.finfo(float).eps * steepness @ (np.abs(problem.x0) + problem.scale)
 

@@ -72,12 +72,12 @@ def crossings(guards: BoundGuards, index: int, sign: float, width: float, zero: 
 
     left, at_left = 0.0, g[0]
     for k in (0, 1):
-        points = [(PLACES[k + 1], g[k + 1])]
+        points = [(PLACES[k + 1], g[k + 1], zero)]
         if sign * g[k + 1] > 0 and sign * rate[k] < 0 < sign * rate[k + 1]:
             deepest = close_in(rate_at, PLACES[k], PLACES[k + 1], rate[k], rate[k + 1], max(width, 1e-12))
-            points.insert(0, (deepest, value_at(deepest)))
-        for right, at_right in points:
-            new = float(np.sign(at_right)) if abs(at_right) > zero else 0.0
+            points.insert(0, (deepest, value_at(deepest), 0.0))
+        for right, at_right, rounding in points:
+            new = float(np.sign(at_right)) if abs(at_right) > rounding else 0.0
             if sign * new < 0 and sign * at_left <= 0 and sign * rate[k] > 0 > sign * rate[k + 1]:
                 # Right after its event a guard stands a little beyond zero: its way back is no event, its return from there is.
                 left = close_in(rate_at, left, right, rate[k], rate[k + 1], width)

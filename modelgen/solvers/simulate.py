@@ -17,6 +17,7 @@ from modelgen.lowering import Compiled
 from modelgen.lowering.switched import SwitchedModel
 from modelgen.solvers.case import Case
 from modelgen.solvers.equilibrium import Array
+from modelgen.solvers.guards import guard_floors
 from modelgen.solvers.operating_point import OperatingPoint, operating_point
 from modelgen.solvers.problem import InitialValueProblem, SolverOptions
 from modelgen.solvers.registry import SOLVERS, solve
@@ -85,7 +86,20 @@ def initial_value_problem(case: Case, point: OperatingPoint) -> tuple[InitialVal
     switching = None if switched is None else switched.switching
     scales = state_scales(model, point, start)
     problem = InitialValueProblem(rhs, model.states, start, p, scales, case.begin, case.times(), switching)
+    _refuse_beyond_barriers(problem, f"case of {model.name!r}, start")
     return problem, offset
+
+
+def _refuse_beyond_barriers(problem: InitialValueProblem, where: str) -> None:
+    """Raises CaseError where a run would start behind a guard that has nothing behind it."""
+    switching = problem.switching
+    if switching is None or not any(each.barrier for each in switching.crossings):
+        return
+    values = np.asarray(switching.guards(problem.t0, problem.x0, problem.p)).ravel()
+    rounding = guard_floors(switching, problem, tolerance=0.0)[1]
+    for crossing, value, zero in zip(switching.crossings, values.tolist(), rounding.tolist(), strict=True):
+        if crossing.barrier and (beyond := crossing.direction * value) > zero:
+            raise CaseError(where, f"lies {beyond:.6g} beyond {crossing.name!r}", "start on the near side of it")
 
 
 def events_of(case: Case) -> SwitchedModel | None:

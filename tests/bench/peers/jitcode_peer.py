@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ProcessPoolExecutor
+import os
+import tempfile
 
 import numpy as np
 
+from .pool import warm_pool
 from .workload import Workload
 
 
@@ -81,20 +83,23 @@ class JiTCODE:
     tolerances = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 
     def __init__(self, works: list[Workload], scale: np.ndarray) -> None:
-        import tempfile
-
         from jitcode import jitcode
 
         self.works, self.scale = works, scale
         ode, helpers, parameters = system(works[0])
         self.ode = jitcode(ode, helpers=helpers, control_pars=list(parameters), verbose=False)
-        self.ode.compile_C(verbose=False, extra_compile_args=["-O3", "-march=native", "-ffast-math"])
-        self.module = self.ode.save_compiled(f"{tempfile.mkdtemp()}/truck.so", overwrite=True)
+        folder, here = tempfile.mkdtemp(), os.getcwd()
+        os.chdir(folder)  # setuptools would read the project file of the folder it is called in
+        try:
+            self.ode.compile_C(verbose=False, extra_compile_args=["-O3", "-march=native", "-ffast-math"])
+            self.module = self.ode.save_compiled(f"{folder}/truck.so", overwrite=True)
+        finally:
+            os.chdir(here)
+        self.pool = warm_pool()
 
     def single(self, tolerance: float) -> np.ndarray:
         return _solve(self.ode, self.works[0], self.scale, tolerance)
 
     def sweep(self, tolerance: float) -> np.ndarray:
-        with ProcessPoolExecutor() as pool:
-            jobs = [(self.module, work, self.scale, tolerance) for work in self.works]
-            return np.array(list(pool.map(_run, jobs, chunksize=4)))
+        jobs = [(self.module, work, self.scale, tolerance) for work in self.works]
+        return np.array(list(self.pool.map(_run, jobs, chunksize=4)))

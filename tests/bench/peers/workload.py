@@ -98,7 +98,7 @@ def workload(line: Driveline, end: float, samples: int, model: Compiled | None =
     angles = np.asarray(point.angle)
     return Workload(
         inertia=sheet.inertia,
-        shafts=np.array(shafts),
+        shafts=np.array(shafts).reshape(-1, 4),
         meshes=np.array(meshes).reshape(-1, 8),
         torque_mean=np.array([wave.mean for wave in sheet.torques]),
         torque_series=torque_series,  # type: ignore[arg-type]  # hinges with waves have series

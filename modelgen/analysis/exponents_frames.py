@@ -36,8 +36,10 @@ def all_directions(
     """Every direction: the motion first, a batch of stretches at a time, then their propagators side by side."""
     frame = np.eye(course.problem.x0.size)
     logs, volumes = np.empty((len(ends), len(frame))), np.empty(len(ends))
+    before: tuple[Array, Array] | None = None
     for first in range(0, len(ends), BATCH):
-        found = propagators(course.advance(ends[first : first + BATCH]), length, options)
+        found = propagators(course.advance(ends[first : first + BATCH]), length, options, before)
+        before = found.ends[-1], found.modes[-1]
         for k, matrix in enumerate(found.matrices, start=first):
             frame, triangle = np.linalg.qr(matrix @ frame)
             logs[k] = np.log(np.maximum(np.abs(np.diag(triangle)), TINY))

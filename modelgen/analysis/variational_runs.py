@@ -33,33 +33,45 @@ JUMP = 1e-3
 class Propagators(NamedTuple):
     """Over each stretch: ``ends`` (stretches, n) of the state, integrals of tr J (stretches,), ``matrices`` (stretches, n, n).
 
-    The matrices are in scales of the states.
+    The matrices are in scales of the states. ``modes``: parameters with the flags of the modes at the end of each stretch.
     """
 
     ends: Array
     volumes: Array
     matrices: Array
+    modes: list[Array]
 
 
-def propagators(stretches: Sequence[InitialValueProblem], length: float, options: SolverOptions) -> Propagators:
+def propagators(
+    stretches: Sequence[InitialValueProblem],
+    length: float,
+    options: SolverOptions,
+    before: tuple[Array, Array] | None = None,
+) -> Propagators:
     """How every deviation crosses each of the stretches of ``length`` [s], which follow each other.
 
-    Raises CaseError where a stretch cannot be crossed.
+    ``before``: state and parameters at the end of the stretch that came before the first. Raises CaseError where a stretch cannot
+    be crossed.
     """
-    found, modes = _crossed(stretches, length, options)
-    for k in range(1, len(stretches) if stretches[0].switching is not None else 0):
+    found = _crossed(stretches, length, options)
+    if stretches[0].switching is None:
+        return found
+    for k, stretch in enumerate(stretches):
         # An event near a joint may fall on one side of it in the motion and on the other in the stretch: take each just once.
-        stretch = stretches[k]
-        far = np.abs((found.ends[k - 1] - stretch.x0) / stretch.scale).max() > JUMP
-        if far or not np.array_equal(modes[k - 1], stretch.p):
-            again, (modes[k],) = _crossed([replace(stretch, x0=found.ends[k - 1], p=modes[k - 1])], length, options)
+        if k:
+            before = found.ends[k - 1], found.modes[k - 1]
+        if before is None:
+            continue
+        far = np.abs((before[0] - stretch.x0) / stretch.scale).max() > JUMP
+        if far or not np.array_equal(before[1], stretch.p):
+            again = _crossed([replace(stretch, x0=before[0], p=before[1])], length, options)
             for whole, part in zip(found, again, strict=True):
                 whole[k] = part[0]
     return found
 
 
-def _crossed(stretches: Sequence[InitialValueProblem], length: float, options: SolverOptions) -> tuple[Propagators, list[Array]]:
-    """The propagators of stretches, each from its own start, and the parameters with the flags of the modes at its end."""
+def _crossed(stretches: Sequence[InitialValueProblem], length: float, options: SolverOptions) -> Propagators:
+    """The propagators of stretches, each from its own start."""
     n = stretches[0].x0.size
     groups = -(-n // WIDEST)
     columns = -(-n // groups)
@@ -69,12 +81,10 @@ def _crossed(stretches: Sequence[InitialValueProblem], length: float, options: S
     runs = complete_runs([with_tangents(stretch, start, length) for stretch in stretches for start in starts], options)
     found = [parts(stretches[job // groups], run.states[-1]) for job, run in enumerate(runs)]
     matrices = [np.hstack([each.tangents for each in found[job : job + groups]])[:, :n] for job in range(0, len(found), groups)]
-    first, modes = (
-        found[::groups],
-        [modes_at(each, run, run.times[-1:])[0] for each, run in zip(stretches, runs[::groups], strict=True)],
-    )
+    first = found[::groups]
+    modes = [modes_at(each, run, run.times[-1:])[0] for each, run in zip(stretches, runs[::groups], strict=True)]
     states, volumes = np.array([each.state for each in first]), np.array([each.volume for each in first])
-    return Propagators(states, volumes, np.array(matrices)), modes
+    return Propagators(states, volumes, np.array(matrices), modes)
 
 
 def complete_runs(problems: Sequence[InitialValueProblem], options: SolverOptions) -> Sequence[Trajectory]:

@@ -6,7 +6,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 # Two installations into one environment must not run side by side under make -j.
 .NOTPARALLEL:
-.PHONY: help demo test test-slow clean
+.PHONY: help demo test test-slow bench clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' Makefile
@@ -23,6 +23,9 @@ test: .venv/.installed-test  ## lint, types, and every test that is not slow
 test-slow: .venv/.installed-test  ## the slow tests alone
 	$(BIN)/python -m pytest -n 2 -m slow
 
+bench: .venv/.installed-bench  ## error against cost beside the peers, into out/bench (half an hour on an idle machine)
+	$(BIN)/python tests/bench/against_peers.py
+
 clean:  ## remove the environment, the caches and what the demo wrote
 	rm -rf .venv $(DEMO) .mypy_cache .pytest_cache .ruff_cache build dist
 	find modelgen tests -name __pycache__ -type d -prune -exec rm -rf {} +
@@ -38,6 +41,10 @@ clean:  ## remove the environment, the caches and what the demo wrote
 .venv/.installed: .venv/.made pyproject.toml
 	$(INSTALL) -e .
 	@touch $@
+
+.venv/.installed-bench: .venv/.made pyproject.toml
+	$(INSTALL) -e '.[bench]'
+	@touch $@ .venv/.installed
 
 .venv/.installed-test: .venv/.made pyproject.toml
 	$(INSTALL) -e '.[test]'

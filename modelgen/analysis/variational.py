@@ -65,10 +65,9 @@ def with_tangents(problem: InitialValueProblem, tangents: Array, length: float) 
     if tangents.ndim != 2 or tangents.shape[0] != n:
         raise CaseError("variational equations, tangents", f"have shape {tangents.shape}", f"give columns of {n} entries")
     count, scale = tangents.shape[1], problem.scale
-    names = (*problem.names, "divergence", *(f"{name}, tangent {k + 1}" for k in range(count) for name in problem.names))
     return InitialValueProblem(
         variational_rate(problem.rhs, count),
-        names,
+        _names(problem.names, count),
         x0=np.concatenate([problem.x0, [0.0], (scale[:, None] * tangents).T.ravel()]),
         p=np.append(problem.p, problem.t0),
         scale=np.concatenate([scale, [1.0], np.tile(scale, count)]),
@@ -76,6 +75,11 @@ def with_tangents(problem: InitialValueProblem, tangents: Array, length: float) 
         times=np.array([length]),
         switching=problem.switching and variational_switching(problem.rhs, problem.switching, count),
     )
+
+
+@functools.lru_cache(maxsize=32)
+def _names(states: tuple[str, ...], count: int) -> tuple[str, ...]:
+    return (*states, "divergence", *(f"{name}, tangent {k + 1}" for k in range(count) for name in states))
 
 
 def parts(problem: InitialValueProblem, extended: Array) -> Parts:

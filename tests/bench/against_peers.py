@@ -322,7 +322,7 @@ def main() -> None:
             True,
         ),
         ("smooth_single", "smooth truck, one trajectory", smooth_truck(), [0.035], False, ("median",), end / 2, False),
-        ("gear_pair_single", "gear pair, one trajectory", gear_pair(), [0.0], False, ("median",), end / 10, False),
+        ("gear_pair_single", "gear pair, one trajectory", gear_pair(), [0.0], False, ("median",), 2 * end, False),
     ]
     for key, title, line, values, sweep, kinds, horizon, slow in questions:
         print(f"{title}, {horizon:g} s", flush=True)

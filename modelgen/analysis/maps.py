@@ -25,7 +25,7 @@ from modelgen.analysis.strobes_runs import (
     options_of,
     parameter_values,
     restarted,
-    run_all,
+    run_channels,
     setting,
 )
 from modelgen.analysis.window import Window, settled_window
@@ -195,16 +195,19 @@ class _Measure:
             count = SAMPLES * window.revolutions
             times = window.first + (window.last - window.first) * np.arange(1, count + 1) / count
             problems.append(restarted(made.problem, made.problem.x0, times))
-        for (place, (made, window)), run in zip(cells.items(), run_all(case, problems, options_of(case)), strict=True):
+        pressed = [f"{mesh}.{kind}" for mesh in self.meshes for kind in ("force", "penetration")]
+        names = [*self.angles, *pressed]
+        runs = run_channels(case, problems, options_of(case), names)
+        for (place, (made, window)), (run, values) in zip(cells.items(), runs, strict=True):
             if run.outcome is Outcome.SUCCESS:
-                self._cell(place, made, window, run.times, run.states)
+                named = dict(zip(names, values.T, strict=True))
+                self._cell(place, made, window, run.times, run.states, named)
             else:
                 self.failures[place] = run.message
 
-    def _cell(self, place: tuple[int, int], made: Setting, window: Window, times: Array, states: Array) -> None:
-        model, p = self.model, made.point.p
-        pressed = [f"{mesh}.{kind}" for mesh in self.meshes for kind in ("force", "penetration")]
-        values = model.channels(times, states, p, [*self.angles, *pressed])
+    def _cell(
+        self, place: tuple[int, int], made: Setting, window: Window, times: Array, states: Array, values: dict[str, Array]
+    ) -> None:
         peaks = np.array([np.abs(without_line(times, values[name])).max() for name in self.angles])
         self.peak[place] = peaks.max(initial=0.0)
         self.where[place] = int(peaks.argmax()) if len(peaks) else 0

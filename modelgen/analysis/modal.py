@@ -74,7 +74,9 @@ class ModalResult:
             )
             rows.append(f"  {mode + 1:3d} {frequency:12.4f} Hz  {kinetic}, {'none' if mode < self.rigid else potential}")
         if self.released:
-            rows.append(f"  {', '.join(self.released)}: taken as slipping; what sticks would hold its node, and these are not its modes")
+            rows.append(
+                f"  {', '.join(self.released)}: taken as slipping; what sticks would hold its node, and these are not its modes"
+            )
         return "\n".join(rows)
 
     __repr__ = __str__

@@ -209,8 +209,12 @@ def _evidence(
 
 
 def _away(found: Strobed, orbit: PeriodicOrbit | None) -> float:
-    if orbit is None or not orbit.found or not len(found.states):
+    return float("nan") if orbit is None else distance_from(orbit, found.sequence, found.vibrating, found.scale)
+
+
+def distance_from(orbit: PeriodicOrbit, sequence: Array, vibrating: Sequence[int], scale: Array) -> float:
+    """Least distance of the last strobes (strobes, vibrating states), per scale, from an orbit; nan without orbit or strobes."""
+    if not orbit.found or not len(sequence):
         return float("nan")
-    kept = list(found.vibrating)
-    target = orbit.state[kept] / found.scale[kept]
-    return float(np.abs(found.sequence[-LAST:] - target).max(axis=1).min())
+    kept = list(vibrating)
+    return float(np.abs(sequence[-LAST:] - orbit.state[kept] / scale[kept]).max(axis=1).min())

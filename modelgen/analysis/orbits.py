@@ -31,6 +31,8 @@ PROVEN = 1e-10
 APART = 1e-6
 """Distance, in scales, above which an earlier strobe is another point."""
 SETTLED = 1e-6
+SLOW = 1000.0
+"""Periods in which a deviation halves, above which no run of the usual length comes to an orbit."""
 SEARCH, RETURN = 4000, 0.05
 
 
@@ -91,10 +93,24 @@ class PeriodicOrbit:
             )
         evidence = f"residual {self.residual:.1g} of the scales, largest |multiplier| {self.largest:.9g}"
         if self.stability == "stable":
-            return f"{what} proven: {evidence}"
+            return f"{what} proven{self._patience()}: {evidence}"
         if self.stability == "unstable":
             return f"{what} exists and is unstable ({', '.join(self.losses)}): {evidence}"
         return f"{what} exists, its stability is undecided ({kind_of_loss(self.multipliers[0])} at hand): {evidence}"
+
+    @property
+    def half_life(self) -> float:
+        """Periods after which the deviation that lasts longest is half of what it was; inf where none decays."""
+        if not 0 < self.largest < 1:
+            return 0.0 if self.largest == 0 else float("inf")
+        return float(np.log(0.5) / np.log(self.largest))
+
+    def _patience(self) -> str:
+        """In words, that no run of the usual length comes to an orbit which attracts so slowly."""
+        if self.half_life < SLOW:
+            return ""
+        halves = f"a deviation halves in {self.half_life:.2g} periods, {self.half_life * self.period:.2g} s"
+        return f", though it hardly attracts ({halves}: runs show what they began with)"
 
     @property
     def largest(self) -> float:

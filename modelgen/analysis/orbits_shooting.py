@@ -81,7 +81,7 @@ def _miss(problem: InitialValueProblem, state: Array, period: float, options: So
     course = Course(replace(problem, x0=state), "rk4", options)
     pieces = course.advance(problem.t0 + period * np.arange(1, PIECES + 1) / PIECES)
     monodromy = np.eye(len(state))
-    for matrix in propagators(pieces, period / PIECES, options).matrices:
+    for matrix in propagators(pieces, period / PIECES, options, method="rk4").matrices:
         monodromy = matrix @ monodromy
     return (course.state - state) / problem.scale, monodromy
 

@@ -5,16 +5,19 @@ Below ``strobes``, ``maps`` and ``frequency_sweep``: the one place where nonline
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.errors import CaseError, LoweringError
 from modelgen.lowering import Compiled
 from modelgen.solvers.case import Case
+from modelgen.solvers.gather import Gather
 from modelgen.solvers.lanes import solve_lanes
 from modelgen.solvers.operating_point import OperatingPoint, operating_point
 from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Trajectory
@@ -85,6 +88,38 @@ def run_all(case: Case, problems: Sequence[InitialValueProblem], options: Solver
             if options.backend == "c":
                 raise
     return [solve(problem, case.solver, options) for problem in problems]
+
+
+def run_channels(
+    case: Case, problems: Sequence[InitialValueProblem], options: SolverOptions, names: Sequence[str]
+) -> list[tuple[Trajectory, Array]]:
+    """Like ``run_all``, with output channels (instants, channels) of each run at its output times, found in C where that runs."""
+    solver_named(case.solver)
+    rows = tuple(case.model.output_index(name) for name in names)
+    if rows and case.solver == "rk4" and options.backend != "vm":
+        observed = Gather(channels=_observed(case.model, rows, problems[0].p.size), keep=True)
+        try:
+            lanes = solve_lanes(problems, options, gather=observed)
+        except LoweringError:
+            if options.backend == "c":
+                raise
+        else:
+            assert lanes.channels is not None
+            return [(run, lanes.channels[k, : len(run.times)]) for k, run in enumerate(lanes.trajectories)]
+    runs, size, found = run_all(case, problems, options), case.model.parameters.size, []
+    for problem, run in zip(problems, runs, strict=True):
+        values = case.model.channels(run.times, run.states, problem.p[:size], names)
+        found.append((run, np.array([values[name] for name in names]).reshape(len(names), len(run.times)).T))
+    return found
+
+
+@functools.lru_cache(maxsize=16)
+def _observed(model: Compiled, rows: tuple[int, ...], parameters: int) -> ca.Function:
+    """(t, x, p) -> some channels, of a parameter vector at whose tail stand the flags of modes."""
+    e = model.expressions
+    tail = ca.SX.sym("tail", parameters - model.parameters.size)
+    channels = ca.densify(e["outputs"][list(rows)])
+    return ca.Function("observed", [e["t"], e["x"], ca.vertcat(e["p"], tail)], [channels], ["t", "x", "p"], ["channels"])
 
 
 def run_one(case: Case, problem: InitialValueProblem, options: SolverOptions) -> Trajectory:

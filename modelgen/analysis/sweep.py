@@ -83,8 +83,6 @@ def sweep(
     points = points_of(case.model, over, sampling, count, case.seed, most)
     _refuse_unlawful(case, points)
     processes = crew_options(workers)
-    if client is not None and not callable(getattr(client, "submit", None)):
-        raise CaseError("sweep, client", f"is {client!r:.60}", "give a distributed.Client")
     if out is not None:
         refuse_foreign(out, f"sweep folder {str(out)!r}")
     case, engine = settled(case)
@@ -188,6 +186,8 @@ def _run(
     if client is not None:
         if not carried:
             raise CaseError(f"sweep of {case.model.name!r}", "has a model that no model file can hold", "compute it here")
+        if not callable(getattr(client, "submit", None)):
+            raise CaseError("sweep, client", f"is {client!r:.60}", "give a distributed.Client")
         work = Work(missing, width, cores())
         run_cluster(client, job_text(case, engine, points.names, collect, plan), points.values, work, accept, mark)
     elif processes and carried and len(missing) > width:

@@ -7,6 +7,7 @@ numbers depend on the point and on the engine, never on the batch. Whatever goes
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import hashlib
 import json
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 from modelgen.analysis.sweep_collect import Collection, collection_of, gathered, measured
 from modelgen.analysis.sweep_shard import Batch
 from modelgen.errors import LoweringError, ModelgenError
-from modelgen.lowering.native import native_solver
+from modelgen.lowering.native import NoCompilerError, native_solver
 from modelgen.solvers.case import Case
 from modelgen.solvers.gather import Gather
 from modelgen.solvers.lanes import solve_lanes
@@ -32,6 +33,7 @@ from modelgen.solvers.registry import solve, solver_named
 from modelgen.solvers.simulate import events_of, initial_value_problem, solver_options
 
 Array = NDArray[np.float64]
+COMPILERS = 3  # that may be killed in a row
 
 
 def settled(case: Case) -> tuple[Case, dict[str, Any]]:
@@ -49,13 +51,21 @@ def settled(case: Case) -> tuple[Case, dict[str, Any]]:
         switched = events_of(case)
         rhs = case.model.rhs_function if switched is None else switched.rhs_function
         try:
-            width = native_solver(rhs, lanes=True, method=case.solver).lanes
+            width = _lanes(rhs, case.solver)
         except LoweringError:
             if asked == "c":
                 raise
         else:
             return case.change(options={**options, "backend": "c"}), {"solver": case.solver, "backend": "c", "lanes": width}
     return case.change(options={**options, "backend": "vm"}), {"solver": case.solver, "backend": "vm"}
+
+
+def _lanes(rhs: ca.Function, solver: str) -> int:
+    """How many runs are side by side in generated C. A compiler that somebody kills is asked again: it decides the engine."""
+    for _ in range(COMPILERS - 1):
+        with contextlib.suppress(NoCompilerError):
+            return native_solver(rhs, lanes=True, method=solver).lanes
+    return native_solver(rhs, lanes=True, method=solver).lanes
 
 
 @dataclass(frozen=True, eq=False)

@@ -43,7 +43,7 @@ ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_
 class _Worker:
     """A worker process: what it is at, and a thread that listens to it."""
 
-    def __init__(self, job: bytes, answers: queue.Queue[tuple[_Worker, bytes, bytes]]) -> None:
+    def __init__(self, job: bytes, answers: queue.SimpleQueue[tuple[_Worker, bytes, bytes]]) -> None:
         self.batch: NDArray[np.int64] | None = None
         self.began = 0.0
         self.ready = False
@@ -65,7 +65,7 @@ class _Worker:
         threading.Thread(target=self._listen, args=(self.process.stdout, answers), daemon=True).start()
         self._order(JOB, job)
 
-    def _listen(self, stream: IO[bytes], answers: queue.Queue[tuple[_Worker, bytes, bytes]]) -> None:
+    def _listen(self, stream: IO[bytes], answers: queue.SimpleQueue[tuple[_Worker, bytes, bytes]]) -> None:
         with contextlib.suppress(OSError, ValueError), stream:
             while (answer := receive(stream)) is not None:
                 answers.put((self, *answer))
@@ -114,7 +114,8 @@ class Crew:
     def __init__(self, job: str, values: Array, work: Work, count: int, accept: Accept, mark: Mark) -> None:
         self.job, self.values, self.work, self.count = job.encode(), values, work, count
         self.accept, self.mark = accept, mark
-        self.answers: queue.Queue[tuple[_Worker, bytes, bytes]] = queue.Queue()
+        # SimpleQueue, because Ctrl-C in the middle of a wait leaves it whole.
+        self.answers: queue.SimpleQueue[tuple[_Worker, bytes, bytes]] = queue.SimpleQueue()
         self.workers: list[_Worker] = []
         self.stillborn = 0
 

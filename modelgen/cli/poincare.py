@@ -14,7 +14,7 @@ from modelgen.cli.bifurcation import BASE, CHANNEL, READING, STILL, TRANSIENT
 from modelgen.cli.question import asks_a_model, fills_a_folder, pair
 
 if TYPE_CHECKING:
-    from modelgen.analysis import SectionResult, Verdict
+    from modelgen.analysis import PeriodicOrbit, SectionResult, Verdict
     from modelgen.solvers import Case
 
 EXAMPLES = """
@@ -74,6 +74,7 @@ def poincare(
         from modelgen.analysis import classify, periodic_orbit
         from modelgen.analysis import poincare as section_of
         from modelgen.analysis.classification_damping import undamped
+        from modelgen.analysis.motion_evidence import REACHED
         from modelgen.cli.bifurcation_case import strobed_case
 
         case = strobed_case(model, assignments, speed, mesh_reading, tolerance)
@@ -83,15 +84,20 @@ def poincare(
             result = section_of(case, channel or None, progress=progress.fraction, **kept)  # type: ignore[arg-type]
         else:
             result = _cut(case, surface, channel, strobes, end)
-        orbit = None
+        orbit, away = None, float("nan")
         if prove:
             progress.stage("look for the periodic motion by shooting")
             orbit = periodic_orbit(case, order=max(1, result.period))
-        verdict = classify(result.sequence, result.still, orbit=orbit, complete=result.complete, conservative=undamped(case))
+            away = _away(case, orbit, result) if surface is None else away
+        reached = orbit if away < REACHED else None
+        verdict = classify(result.sequence, result.still, orbit=reached, complete=result.complete, conservative=undamped(case))
         progress.stage("write table and figure")
         _write(result, verdict, folder)
     click.echo(str(result))
     click.echo(f"verdict: {verdict}")
+    if orbit is not None and reached is None:
+        far = f"the points stay away from it by {away:.2g} of the scales" if away == away else "these points do not show it"
+        click.echo(f"beside that, shooting: {orbit.verdict}; {far}")
     click.echo(f"table, figure and section.json: {out}")
 
 
@@ -105,6 +111,16 @@ def _cut(case: Case, surface: str, channels: tuple[str, ...], count: int, end: f
     name, text = pair(surface, "--surface", 'CHANNEL=VALUE, such as coupling.twist="0.2 deg"')
     level = read_quantity(text, case.model.unit(name), f"--surface {name}")
     return surface_section(case.change(end=end), (name, level), channels or None, count=count)
+
+
+def _away(case: Case, orbit: PeriodicOrbit, result: SectionResult) -> float:
+    """How far the last points are from an orbit: proof of an orbit is evidence only on a motion that has come to it."""
+    from modelgen.analysis.motion_evidence import distance_from
+    from modelgen.analysis.sections_motion import vibrating_states
+    from modelgen.analysis.strobes_runs import setting
+
+    made = setting(case)
+    return distance_from(orbit, result.sequence, vibrating_states(case.model, made.point), made.problem.scale)
 
 
 def _write(result: SectionResult, verdict: Verdict, folder: Path) -> None:

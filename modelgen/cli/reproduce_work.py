@@ -42,7 +42,7 @@ class Extent:
     transient: int = 200
     points: int = 200
     wait: int = 100
-    revolutions: int = 100
+    revolutions: int = 40
     window: tuple[float, float] | None = None
     readings: bool = True
     response_tolerance: float = 1e-6

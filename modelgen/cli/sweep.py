@@ -99,8 +99,8 @@ def sweep(
         try:
             result = swept(case, over, collect, out=out, client=client, progress=say, **kinds)
         except KeyboardInterrupt:
-            kept = f"{done[0]} of {done[1]} points are kept in {click.format_filename(out)}, and the same command goes on"
-            raise Ending(f"interrupted; {kept}", INTERRUPTED) from None
+            kept = f"at least {done[0]} of {done[1]} points are kept in {click.format_filename(out)}"
+            raise Ending(f"interrupted; {kept}, and the same command goes on", INTERRUPTED) from None
         finally:
             if client is not None:
                 client.close()

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 EXAMPLES = """
 \b
 Examples:
-  modelgen transmission-error industrial-hoist --out out/hoist --speeds "600 rpm" "1800 rpm"
-  modelgen transmission-error fracturing-truck-commensurate --out out/te --mesh pump_mesh --speeds "1000 rpm" "1900 rpm" --count 31
+  modelgen transmission-error two-disk-gear --out out/te --speeds "2500 rpm" "5000 rpm"
+  modelgen transmission-error fracturing-truck-commensurate --out out/te --mesh pump_mesh --speeds "1500 rpm" "1900 rpm"
 
 \b
 Ends with 0 when done, 2 if it was refused, 130 after Ctrl-C. Only what is done leaves a folder.

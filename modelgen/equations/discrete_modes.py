@@ -207,7 +207,9 @@ class ModeReader:
         if not self._written_out(expression) - self.symbols.constants:
             raise self._refuse(f"{what} never changes: {expression}", "write it with time, angles, speeds or states")
         resets = tuple(self._reset(target, value, what) for target, value in guard.resets())
-        return Transition(name, expression, guard.direction, variable, leave, enter, resets, bool(guard.stops), bool(guard.barrier))
+        return Transition(
+            name, expression, guard.direction, variable, leave, enter, resets, bool(guard.stops), bool(guard.barrier)
+        )
 
     def _reset(self, target: Any, value: Any, what: str) -> Reset:
         value = self.symbols.read(value, f"reset of {what}")

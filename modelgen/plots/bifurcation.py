@@ -22,7 +22,6 @@ from modelgen.plots.style import (
     GREEN,
     INK,
     ORANGE,
-    PALE,
     PURPLE,
     SKY,
     VERMILION,
@@ -34,7 +33,7 @@ from modelgen.plots.style import (
 PANEL, RESIDUAL = 5.4, 2.6  # cm high
 PERIODS = {1: BLUE, 2: VERMILION, 3: GREEN, 4: ORANGE, 5: PURPLE, 6: SKY}
 HIGHER = INK
-UNSETTLED = "#9A9A9A"
+UNSETTLED = "#8A8A8A"
 BRANCHES = (("o", 1.5), ("^", 2.4), ("v", 2.4), ("s", 2.0), ("D", 2.0))
 TINY = 1e-14
 MARGIN = 0.012  # of the width: the first and last column are seen beside the axes
@@ -104,7 +103,7 @@ def _color(column: Column) -> str:
 def _residuals(axes: Axes, result: BifurcationResult, factor: float) -> None:
     for name, (marker, size) in zip(result.branches, _marks(result), strict=True):
         columns = result.branch(name)
-        for settled, face in ((True, PALE), (False, VERMILION)):
+        for settled, face in ((True, INK), (False, UNSETTLED)):
             mine = [column for column in columns if column.settled == settled and np.isfinite(column.residual)]
             axes.plot([column.value * factor for column in mine], [max(column.residual, TINY) for column in mine], color=face,
                       linestyle="none", marker=marker, markersize=size + 0.6, markeredgewidth=0, zorder=3)  # fmt: skip

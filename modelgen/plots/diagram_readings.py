@@ -18,7 +18,7 @@ from modelgen.analysis.bifurcation import BifurcationResult, Column
 from modelgen.errors import CaseError
 from modelgen.plots.bifurcation import HIGHER, PERIODS, UNSETTLED
 from modelgen.plots.quantities import axis_label, definition, display, words, written
-from modelgen.plots.style import INK, PALE, VERMILION, name_panel, sheet, styled
+from modelgen.plots.style import INK, name_panel, sheet, styled
 
 PANEL, RESIDUAL = 4.8, 2.6  # cm high
 TINY = 1e-14
@@ -53,6 +53,7 @@ def diagram_readings(results: Mapping[str, BifurcationResult]) -> Figure:
     low, high = float(first.values[0]), float(first.values[-1])
     room = 0.02 * (high - low)  # columns at the ends are seen whole
     grid[-1, 0].set_xlim(low - room, high + room)
+    grid[-1, 0].locator_params(axis="x", nbins=4)
     figure.align_ylabels(list(grid[:, 0]))
     figure.legend(handles=_legend(list(results.values())), loc="outside lower center", ncols=5)
     return figure
@@ -84,7 +85,7 @@ def _color(column: Column) -> str:
 
 
 def _residuals(axes: Axes, result: BifurcationResult) -> None:
-    for settled, color in ((True, PALE), (False, VERMILION)):
+    for settled, color in ((True, INK), (False, UNSETTLED)):
         mine = [column for column in result.columns if column.settled == settled and np.isfinite(column.residual)]
         places, sizes = [column.value for column in mine], [max(column.residual, TINY) for column in mine]
         axes.plot(places, sizes, color=color, linestyle="none", marker="o", markersize=2.0, markeredgewidth=0, zorder=3)

@@ -93,11 +93,12 @@ def _changes(axes: Axes, result: FrequencySweepResult, across: Any, shown: Any) 
         axes.annotate("", (x, ends[1]), xytext=(x, ends[0]), zorder=5,
                       arrowprops={"arrowstyle": "-|>", "color": INK, "linewidth": 0.9, "shrinkA": 0, "shrinkB": 0})  # fmt: skip
         ahead = each.direction == "forward"
-        # Outside of the branches: an upward jump has room below its foot, a downward one before its middle.
-        place = min(ends) if ahead else sum(ends) / 2
-        look: dict[str, Any] = {"ha": "left", "va": "top"} if ahead else {"ha": "right", "va": "center"}
+        # Outside of the branches: a jump to more on the way up has room below its foot, any other beside its middle.
+        foot = ahead and ends[1] > ends[0]
+        place = ends[0] if foot else sum(ends) / 2
+        look: dict[str, Any] = {"ha": "left" if ahead else "right", "va": "top" if foot else "center"}
         text = f"{number(x, 4)} {across.unit}"
-        shift = (4, -2) if ahead else (-4, 0)
+        shift = (4 if ahead else -4, -2 if foot else 0)
         axes.annotate(text, (x, place), xytext=shift, textcoords="offset points", fontsize=SMALL, zorder=6, **look)
 
 

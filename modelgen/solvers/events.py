@@ -151,7 +151,8 @@ class Events:
         """The event at t, all others at the same place, and the modes that follow from them."""
         g, rate = np.split(values, 2)
         sides = np.where(~self.acts & (np.abs(g) <= self.zeros), np.sign(rate), np.sign(g))
-        together = (self.signs * sides < 0) & ((self.directions == 0) | (self.directions == sides))
+        watched = np.array([self._active(index) for index in range(g.size)], dtype=bool)
+        together = watched & (self.signs * sides < 0) & ((self.directions == 0) | (self.directions == sides))
         np.copyto(self.signs, sides, where=sides != 0)
         together[first] = True
         count, ending = 0, self._crowded(t, first, abs(float(rate[first])))

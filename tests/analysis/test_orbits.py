@@ -69,6 +69,13 @@ def test_a_forced_linear_oscillator() -> None:
     assert found.proven
 
 
+def test_an_orbit_that_hardly_attracts_says_so() -> None:
+    found = orbit_of(OSCILLATOR, {"x": "v", "v": "-4*x - 1e-5*v + cos(t)"}, period=2 * math.pi, settle=0)
+    assert found.proven
+    assert found.half_life == pytest.approx(math.log(2) / (0.5e-5 * 2 * math.pi), rel=1e-4)
+    assert "period 1 proven, though it hardly attracts (a deviation halves in 2.2e+04 periods, 1.4e+05 s" in found.verdict
+
+
 def test_a_doubled_period_and_the_single_one_beneath_it() -> None:
     """Duffing's double well at a force of 0.28: the motion in one well has doubled; period 1 is there and unstable by a flip."""
     case = Case(DUFFING, end=1.0, parameters={"force": 0.28}, tolerance=1e-8)

@@ -162,6 +162,10 @@ def test_a_list_takes_values_side_by_side(case: Case) -> None:
         ({"zeta": [0.2, 0.1]}, {"sampling": "random", "count": 3}, CaseError, "give the lowest and the highest value"),
         ({"zeta": [0.1]}, {"count": 3}, CaseError, "is given for a grid"),
         ({"zeta": [0.1]}, {"workers": -1}, CaseError, "sweep, workers: is -1"),
+        ({"zeta": [0.1]}, {"client": "tcp://1"}, CaseError, "give a distributed.Client"),
+        ({3: [0.1]}, {}, CaseError, "names 3; give values by the names of parameters"),
+        ({"zeta": [0.1]}, {"out": 3}, CaseError, "is no name of a folder"),
+        ({"zeta": [0.1]}, {"out": "a\0b"}, CaseError, "is no name of a folder"),
         (
             {"zeta": np.linspace(0.1, 0.2, 40000), "speed": np.linspace(90, 100, 40000)},
             {},
@@ -183,11 +187,33 @@ def test_refused_points(case: Case, over: dict, options: dict, error: type[Excep
         ([], "give names, such as"),
         ("steps", "give names, such as"),
         (["steps", "steps"], "names 'steps' twice"),
+        (iter(["steps"]), "give names, such as"),
     ],
 )
 def test_refused_collections(case: Case, collect: list[str], words: str) -> None:
     with pytest.raises(CaseError, match=words):
         collection_of(case.model, collect, 10)
+
+
+@pytest.mark.parametrize(
+    ("changes", "error", "words"),
+    [
+        ({"parameters": {"zetta": 1.0}}, NamingError, "nearest is 'zeta'"),
+        ({"parameters": {"engine.inertia": float("nan")}}, CaseError, "give finite numbers"),
+        ({"start": {"shaft.twst": 0.1}}, CaseError, "nearest is 'shaft.twist'"),
+        ({"start": {"shaft.twist": float("inf")}}, CaseError, "holds a number that is not finite"),
+        ({"seed": -1}, CaseError, "sweep, seed: is -1; give a whole number from 0 up"),
+    ],
+)
+def test_what_is_wrong_with_every_point_is_refused(case: Case, changes: dict, error: type[Exception], words: str) -> None:
+    with pytest.raises(error, match=words):
+        sweep(case.change(**changes), {"zeta": [0.01, 0.1]}, COLLECT, sampling="random", count=3)
+
+
+def test_numbers_too_large_are_the_outcome_of_their_point(case: Case) -> None:
+    found = sweep(case, {"shaft.stiffness": [2e5, 1.5e308]}, ["steps"], workers=0)
+    assert found.outcomes == ("SUCCESS", "BAD_INPUT")
+    assert "give finite numbers" in found.messages[1]  # not a warning of NumPy, which depends on the process
 
 
 def test_a_case_is_needed() -> None:

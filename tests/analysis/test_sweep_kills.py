@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 from modelgen.analysis import sweep
+from modelgen.analysis.sweep_batch import settled
 from modelgen.analysis.sweep_crew import Crew
 from modelgen.analysis.sweep_shard import decode
 from modelgen.analysis.sweep_store import SHARDS, TABLE
@@ -121,9 +122,49 @@ def test_a_point_that_no_worker_survives(tmp_path: Path, monkeypatch: pytest.Mon
     monkeypatch.setattr(sweep_crew._Worker, "give", deadly)
     found = sweep(small_case(), {"zeta": np.linspace(0.01, 0.2, 24)}, COLLECT, workers=2, out=tmp_path / "s")
     assert found.outcomes[bad] == "SOLVER_ERROR"
-    assert found.messages[bad] == "not finished: the worker died 3 times on this point (ended by signal 9)"
+    assert found.messages[bad].startswith("not finished: the worker died 3 times on this point (ended by signal 9);")
     assert [k for k, outcome in enumerate(found.outcomes) if outcome != "SUCCESS"] == [bad]
     assert found.keys[bad]
+    monkeypatch.setattr(sweep_crew._Worker, "give", give)
+    mended = sweep(small_case(), {"zeta": np.linspace(0.01, 0.2, 24)}, COLLECT, workers=2, out=tmp_path / "s")
+    assert mended.succeeded.all()
+    assert mended.csv_text() == sweep(small_case(), {"zeta": np.linspace(0.01, 0.2, 24)}, COLLECT, workers=0).csv_text()
+
+
+@linux
+def test_workers_that_are_stopped_and_forgotten(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from modelgen.analysis import sweep_crew
+
+    monkeypatch.setattr(sweep_crew, "STOPPED", 0.2)
+    held, give = [0], sweep_crew._Worker.give
+
+    def stopping(self: sweep_crew._Worker, batch: np.ndarray, values: np.ndarray) -> None:
+        if held[0] < 5:
+            os.kill(self.process.pid, signal.SIGSTOP)
+            held[0] += 1
+        give(self, batch, values)
+
+    monkeypatch.setattr(sweep_crew._Worker, "give", stopping)
+    found = sweep(small_case(), {"zeta": np.linspace(0.01, 0.2, 24)}, COLLECT, workers=2, out=tmp_path / "s")
+    assert held[0] == 5
+    assert found.succeeded.all()
+
+
+@pytest.mark.skipif(settled(small_case())[1]["backend"] != "c", reason="needs a C compiler")
+def test_a_compiler_that_is_killed_does_not_change_the_engine(monkeypatch: pytest.MonkeyPatch) -> None:
+    from modelgen.analysis import sweep_batch
+    from modelgen.lowering.native import NoCompilerError
+
+    deaths, there = [2], sweep_batch.native_solver
+
+    def killed(*given: object, **options: object) -> object:
+        if deaths[0]:
+            deaths[0] -= 1
+            raise NoCompilerError("native code", "cc --version ends with code -9", "correct $CC or PATH")
+        return there(*given, **options)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(sweep_batch, "native_solver", killed)
+    assert settled(small_case())[1]["backend"] == "c"
 
 
 def test_workers_that_cannot_start_are_an_error(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -121,6 +121,7 @@ def test_a_lost_plan_costs_nothing(
 def test_unfinished_files_are_cleared_away(case: Case, folder: Path) -> None:
     (folder / SHARDS / ".unfinished-000000000-aa.shard").write_bytes(b"half")
     (folder / ".unfinished-table.csv").write_bytes(b"half")
+    (folder / ".sweep.png.17.4711").write_bytes(b"half")  # as a figure is written
     sweep(case, OVER, COLLECT, workers=0, out=folder)
     assert not [path for path in folder.rglob("*") if path.name.startswith(".")]
 
@@ -146,6 +147,18 @@ def test_points_of_another_sweep_without_their_plan_are_refused(case: Case, fold
     (folder / PLAN).unlink()
     with pytest.raises(CaseError, match="holds points of another sweep"):
         sweep(case.change(tolerance=1e-7), OVER, COLLECT, workers=0, out=folder)
+
+
+def test_a_shard_of_another_sweep_beside_our_plan_is_left_out(case: Case, folder: Path, table: bytes, tmp_path: Path) -> None:
+    sweep(case.change(tolerance=1e-7), OVER, COLLECT, workers=0, out=tmp_path / "other")
+    strange = shards(tmp_path / "other")[0]
+    shards(folder)[0].write_bytes(strange.read_bytes())  # over one of ours
+    (folder / SHARDS / strange.name).write_bytes(strange.read_bytes())  # and beside them
+    result = sweep(case, OVER, COLLECT, workers=0, out=folder)
+    assert len(result.notes) == 2
+    assert result.notes[0].endswith("holds points of another sweep and was left out")
+    assert (folder / TABLE).read_bytes() == table
+    assert (folder / SHARDS / strange.name).exists()
 
 
 def test_fresh_starts_over(case: Case, folder: Path) -> None:

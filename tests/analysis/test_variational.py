@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
@@ -121,6 +122,36 @@ def test_monodromy_across_events(problem: InitialValueProblem, period: float, sh
     found = shoot(problem, period, False, options, lambda _: None)
     assert found.residual < 1e-9
     assert found.monodromy == pytest.approx(np.array([[1.0, 0.0], [shear, 1.0]]), abs=1e-8)
+
+
+def chained(second: float) -> InitialValueProblem:
+    """x falls with speed 1; at 1 the speed doubles, and at ``second``, which may lie above, it doubles again."""
+    t, x, p = ca.SX.sym("t"), ca.SX.sym("x"), ca.SX.sym("p", 3)
+    speed = ModeVariable("speed", ("one", "two", "four"), 0, continuous=False)
+    there = (Crossing("first", -1, variable=0, leave=0, enter=1), Crossing("second", -1, variable=0, leave=1, enter=2))
+    guards = ca.Function("guards", [t, x, p], [ca.vertcat(x - 1, x - second)], ["t", "x", "p"], ["guards"])
+    rhs = ca.Function("fall", [t, x, p], [-(p[0] + 2 * p[1] + 4 * p[2])])
+    return InitialValueProblem(rhs, ("x",), [2.0], [1.0, 0.0, 0.0], [1.0], 0.0, [1.5], Switching((speed,), there, guards, 3))
+
+
+@pytest.mark.parametrize("options", [VM, C], ids=["vm", "lanes"])
+def test_events_that_set_off_each_other(options: SolverOptions) -> None:
+    """At one place a deviation is stretched by the ratio of the speeds; beyond zero the jump is that of neither guard."""
+    assert propagators([chained(1.0)], 1.5, options).matrices.ravel() == pytest.approx([4.0], rel=1e-9)
+    with pytest.raises(CaseError, match=r"t = 1 s: 'first' sets off 'second', which lies beyond zero already"):
+        propagators([chained(1.2)], 1.5, options)
+
+
+def test_an_event_at_the_edge_of_a_batch_is_taken_once() -> None:
+    """The second stretch claims to begin before the drop, the one before it has taken it: what came before counts."""
+    problem = chained(-9.0)
+    late = replace(problem, t0=1.0, x0=np.array([1.0]), times=np.array([1.25]))
+    taken = np.array([0.0, 1.0, 0.0])
+    alone, after = (propagators([late], 0.25, VM, before) for before in (None, (np.array([1.0]), taken)))
+    assert after.matrices.ravel() == pytest.approx([1.0], rel=1e-9)
+    assert after.modes[0].tolist() == [0.0, 1.0, 0.0]
+    assert after.ends[0] == pytest.approx([0.5], rel=1e-9)
+    assert alone.ends[0] == pytest.approx([0.5], rel=1e-9)
 
 
 def test_meissner_equation() -> None:

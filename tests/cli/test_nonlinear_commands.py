@@ -101,7 +101,9 @@ def test_transmission_error_over_mesh_frequency(invoke: Invoke, small: Path, tmp
     result = invoke("transmission-error", small, "--out", tmp_path / "out", *swept)
     assert result.exit_code == 0, result.output
     assert "frequency sweep of 'mesh' in 'small': 4 mesh frequencies from" in result.stdout
-    assert {path.name for path in (tmp_path / "out").iterdir()} == {f"transmission_error.{kind}" for kind in ("csv", "json", "png")}
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        f"transmission_error.{kind}" for kind in ("csv", "json", "png")
+    }
     table = rows(tmp_path / "out" / "transmission_error.csv")
     assert [row["direction"] for row in table] == ["upward"] * 4 + ["downward"] * 4
     up, down = ([float(row["mesh.approach rms about its mean [m]"]) for row in table[k : k + 4]] for k in (0, 4))

@@ -33,6 +33,7 @@ def test_a_sweep_in_a_folder(invoke: Invoke, two_disks: Path, tmp_path: Path) ->
     done = invoke(*command)
     assert done.exit_code == 0, done.output
     assert "3 points, 3 success" in done.stdout
+    assert "table.csv, sweep.png in " in done.stdout
     assert {path.name for path in (tmp_path / "s").iterdir()} == {"sweep-plan.json", "shards", "table.csv", "sweep.png"}
     table = rows(tmp_path / "s")
     assert [float(row["shaft.stiffness [N*m/rad]"]) for row in table] == [2e5, 2.5e5, 3e5]
@@ -67,6 +68,8 @@ def test_ranges_and_their_units() -> None:
             "random points lie between LOW:HIGH",
         ),
         (("--over", "shaft.stiffness=-1,2 N*m/rad"), "give a positive value"),
+        (("--over", "shaft.stiffness=1,2 N*m/rad", "--over", "shaft.stiffness=3 N*m/rad"), "is given twice"),
+        (("--over", "shaft.stiffness=1:2:999999999 N*m/rad"), "has 999999999 points; take at most"),
     ],
 )
 def test_refusals(invoke: Invoke, two_disks: Path, tmp_path: Path, options: tuple[str, ...], words: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from modelgen.analysis.modal import modal
 from modelgen.elements import Brake, GroundSpring, Inertia
 from modelgen.equations import assemble
 from modelgen.errors import ModelError
@@ -97,3 +98,20 @@ def test_at_an_operating_speed_it_drags():
 def test_wrong_values_are_refused(name):
     with pytest.raises(ModelError, match=rf"brake 'brake', {name}: .*-1"):
         compiled(**{name: -1.0})
+
+
+def test_a_brake_that_holds_less_than_it_slides_with_is_refused():
+    words = r"brake: holding_torque 0\.5 N\*m is below sliding_torque 1 N\*m; what breaks away must be able to slip"
+    model = compiled()
+    with pytest.raises(ModelError, match=words):
+        model.parameters.vector({"brake.holding_torque": 0.5})
+    with pytest.raises(ModelError, match=words):
+        operating_point(compiled(holding_torque=0.5))
+    model.parameters.vector({"brake.sliding_torque": 1.5})
+
+
+def test_modes_say_that_a_brake_holds_nothing_in_them():
+    result = modal(compiled())
+    assert result.frequencies == pytest.approx([np.sqrt(K / J) / (2 * np.pi)])
+    assert result.released == ("brake",)
+    assert "brake: taken as slipping; what sticks would hold its node" in str(result)

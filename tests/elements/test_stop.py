@@ -7,9 +7,10 @@ import pytest
 
 from modelgen.elements import ElasticStop, HardStop, Inertia
 from modelgen.equations import assemble
-from modelgen.errors import ModelError
+from modelgen.errors import CaseError, ModelError
 from modelgen.lowering import lower
 from modelgen.model import Driveline
+from modelgen.solvers import Case, simulate
 
 DISKS = (Inertia("disk", inertia=2.0), Inertia("far", inertia=3.0))
 
@@ -47,6 +48,17 @@ def test_a_hard_stop_is_met_from_within():
     for twist, signs in ((0.0, [-1, 1]), (0.11, [1, 1]), (-0.11, [-1, -1])):
         guards = switched.switching.guards(0.0, [0.0, twist, 0.0, 0.0], switched.extended(model.parameters.vector()))
         assert np.sign(np.asarray(guards).ravel()).tolist() == signs
+
+
+def test_no_run_starts_beyond_a_hard_stop():
+    model = compiled(HardStop("stop", "disk", "far", clearance=0.1))
+    for twist in (0.1, -0.1, 0.1 + 1e-15):
+        assert simulate(Case(model, end=0.1, start={"stop.twist": twist})).succeeded
+    for twist, name in ((0.11, "upper"), (-0.11, "lower")):
+        with pytest.raises(
+            CaseError, match=rf"case of 'stopped', start: lies 0\.01 beyond 'stop\.{name}'; start on the near side"
+        ):
+            simulate(Case(model, end=0.1, start={"stop.twist": twist}))
 
 
 @pytest.mark.parametrize(

@@ -295,6 +295,104 @@ def test_a_start_on_the_border_goes_where_the_motion_goes(hybrid: Hybrid) -> Non
         assert run(start)[1].share()[f"side.{mode}"] == pytest.approx(1.0, abs=1e-12)
 
 
+@pytest.mark.parametrize("method", EXPLICIT)
+def test_a_guard_in_both_directions_toggles_once_at_each_zero(hybrid: Hybrid, method: str) -> None:
+    toggle = hybrid(
+        lambda t, x, p: [1.0 + 0 * t],
+        lambda t, x, p: [ca.sin(5 * x[0])] * 2,
+        [Crossing("on", 0, 0, 0, 1), Crossing("off", 0, 0, 1, 0)],
+        [0.1],
+        7.0,
+        modes=[("lamp", ("dark", "lit"))],
+    )
+    _, log = run(toggle, method)
+    assert log.times == pytest.approx(np.pi / 5 * np.arange(1, 12) - 0.1, abs=1e-13)
+    assert log.which.tolist() == [0, 1] * 5 + [0]
+
+
+def ball_over_sections(hybrid: Hybrid, restitution: float, end: float) -> InitialValueProblem:
+    return hybrid(
+        lambda t, x, p: [x[1], -9.81],
+        lambda t, x, p: [x[0], x[0], x[0] + 1e3 - 1e3],
+        [Crossing("bounce", -1, reset=0), Crossing("floor", -1), Crossing("nearly", -1)],
+        [1.0, 0.0],
+        end,
+        p=[restitution],
+        resets=lambda t, x, p: [[x[0], -p[0] * x[1]]],
+    )
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
+@pytest.mark.parametrize("method", EXPLICIT)
+def test_a_ball_never_falls_through_the_floor(hybrid: Hybrid, method: str, tolerance: float) -> None:
+    first = np.sqrt(2 / 9.81)
+    for restitution in (0.3, 0.5):
+        trajectory, log = run(ball_over_sections(hybrid, restitution, 4.0), method, tolerance)
+        assert trajectory.outcome is Outcome.ZENO
+        bounces = log.times[log.which == 0]
+        expected = first * (1 + 2 * np.cumsum(restitution ** np.arange(1, 12)))
+        assert bounces[:12] == pytest.approx([first, *expected], abs=1e-9)
+        assert log.counts[1:].tolist() == [len(bounces)] * 2
+
+
+def test_what_an_impact_brings_to_rest_on_a_surface_stays_there_or_chatters(hybrid: Hybrid) -> None:
+    trajectory, log = run(ball_over_sections(hybrid, 0.0, 4.0))
+    assert trajectory.outcome is Outcome.EVENT_CHATTER
+    assert log.times == pytest.approx(np.full(len(log), np.sqrt(2 / 9.81)), abs=1e-12)
+    free = hybrid(
+        lambda t, x, p: [x[1], 0 * t],
+        lambda t, x, p: [x[0] - 0.1],
+        [Crossing("wall", 1, reset=0)],
+        [0.0, 0.7],
+        1000.0,
+        resets=lambda t, x, p: [[x[0], 0.0]],
+    )
+    trajectory, log = run(free)
+    assert trajectory.outcome is Outcome.SUCCESS
+    assert len(log) == 1
+
+
+@pytest.mark.parametrize("method", EXPLICIT)
+def test_sections_on_the_border_of_modes_are_found_with_its_events(hybrid: Hybrid, method: str) -> None:
+    borders = backlash(hybrid, 2.2 * PERIOD)
+    with_sections = hybrid(
+        lambda t, x, p: [x[1], -p[1] * (x[0] - 1) - p[2] * (x[0] + 1)],
+        lambda t, x, p: [x[0] - 1, x[0] - 1, x[0] + 1, x[0] + 1, x[0] - 1, 3 * x[0] + 0.1 - 3.1, x[0] + 1],
+        [*BACKLASH, Crossing("both", 0), Crossing("scaled", -1), Crossing("falling", -1)],
+        [2.0, 0.0],
+        2.2 * PERIOD,
+        modes=[("flank", ("gap", "up", "down"))],
+    )
+    log = run(with_sections, method)[1]
+    for section, events in ((4, (0, 1)), (5, (1,)), (6, (2,))):
+        assert log.times[log.which == section] == pytest.approx(log.times[np.isin(log.which, events)], abs=1e-13)
+    assert log.times[log.which < 4] == pytest.approx(run(borders, method)[1].times, abs=1e-6)
+
+
+def test_a_run_may_start_on_the_section_that_stops_it(hybrid: Hybrid) -> None:
+    section = hybrid(lambda t, x, p: [x[1], -x[0]], lambda t, x, p: [x[1]], [Crossing("top", -1, stops=True)], [1.0, 0.0], 20.0)
+    for _ in range(3):
+        trajectory, log = run(section, tolerance=1e-10)
+        assert trajectory.outcome is Outcome.EVENT
+        assert log.times == pytest.approx([2 * np.pi], abs=1e-8)
+        section = replace(section, x0=log.states[-1])
+
+
+def test_forth_and_back_without_time_is_chatter_whatever_the_rounding(hybrid: Hybrid) -> None:
+    for place in (0.3, 0.7, 1.1, 2.3):
+        push = hybrid(
+            lambda t, x, p: [p[1] - p[0]],
+            lambda t, x, p: [x[0], x[0]],
+            [Crossing("down", -1, 0, 0, 1), Crossing("up", 1, 0, 1, 0)],
+            [place],
+            [10.0],
+            modes=[("side", ("above", "below"))],
+        )
+        trajectory, log = run(push)
+        assert trajectory.outcome is Outcome.EVENT_CHATTER
+        assert log.times[0] == pytest.approx(place, abs=1e-12)
+
+
 def test_a_guard_without_a_number_ends_the_run_by_name(hybrid: Hybrid) -> None:
     lost = hybrid(
         lambda t, x, p: [1.0 + 0 * t], lambda t, x, p: [ca.sqrt(1 - x[0]) + 1], [Crossing("root", 1)], [0.0], [0.5, 2.0]

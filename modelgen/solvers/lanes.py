@@ -17,6 +17,7 @@ from modelgen.lowering.native import native_solver
 from modelgen.lowering.native.task import COUNTS
 from modelgen.solvers.gather import Gather
 from modelgen.solvers.native import NativeRuns
+from modelgen.solvers.native_memory import watched_guards
 from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Trajectory, Vector
 from modelgen.solvers.watch import Watch
 
@@ -61,7 +62,7 @@ def solve_lanes(
     if isinstance(count, bool) or not isinstance(count, int) or count < 1:
         raise CaseError("lanes, threads", f"is {threads!r}", "give a whole number from 1 up")
     watch = Watch(options)
-    solver = native_solver(problems[0].rhs, lanes=True, method=method)
+    solver = native_solver(problems[0].rhs, lanes=True, method=method, guards=watched_guards(problems[0].switching))
     runs = NativeRuns(solver, problems, options, watch, gather, method)
     runs.go(threads=min(count, -(-len(problems) // solver.lanes)))
     trajectories = tuple(runs.trajectory(job) for job in range(len(problems)))

@@ -25,12 +25,13 @@ from modelgen.solvers.coordinates import ScaledProblem
 from modelgen.solvers.diagnosis import chatter, explain
 from modelgen.solvers.event_log import EventLog
 from modelgen.solvers.gather import Gather
-from modelgen.solvers.native_memory import UNTOUCHED, NativeLog, NativeMemory
+from modelgen.solvers.native_memory import UNTOUCHED, NativeLog, NativeMemory, watched_guards
 from modelgen.solvers.outcome import Ending, Outcome
 from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Statistics, Trajectory, Vector
 from modelgen.solvers.watch import PERIOD, Watch
 
-FIRST_STRETCH = 64  # steps before the first look for chatter; doubled until a stretch takes half as long as the watch allows
+FIRST_STRETCH = 64  # steps before the first look for chatter
+GROWTH = 4  # of stretches, until the next one would take longer than half of what the watch allows
 EVENT_OUTCOMES = (Outcome.EVENT, Outcome.MAX_EVENTS, Outcome.ZENO, Outcome.EVENT_CHATTER)
 
 
@@ -40,7 +41,8 @@ def solve_native(problem: InitialValueProblem, options: SolverOptions, method: s
     Raises CaseError for an option that has no C, NoCompilerError without a compiler, LoweringError for an operation without C.
     """
     watch = Watch(options)  # building counts
-    runs = NativeRuns(native_solver(problem.rhs, method=method), [problem], options, watch, method=method)
+    solver = native_solver(problem.rhs, method=method, guards=watched_guards(problem.switching))
+    runs = NativeRuns(solver, [problem], options, watch, method=method)
     runs.go(threads=1)
     return runs.trajectory(0)
 
@@ -88,9 +90,9 @@ class NativeRuns:
         while True:
             start = self.watch.clock()
             going = self.solver.run(task, work, log.record, stretch)
-            growing = self.watch.clock() - start < PERIOD / 2
+            growing = self.watch.clock() - start < PERIOD / 2 / GROWTH
             if growing:
-                stretch *= 2
+                stretch *= GROWTH
             with self.guard:
                 self.read(log)
                 if not going or self.stopped is not None:

@@ -104,7 +104,7 @@ class NativeMemory:
         if self.switching is None or not self.switching.crossings:
             return
         switching, task, many = self.switching, self.task, self.solver.lanes > 1
-        surfaces, self.surface, self.read = _surfaces(switching)
+        surfaces, self.surface, self.read = distinct_guards(switching)
         self.guards = native_observer(surfaces, many)
         task.guards = self.guards.entry()
         if switching.resets is not None:
@@ -153,7 +153,7 @@ class NativeLog:
 
 
 @functools.lru_cache(maxsize=64)
-def _surfaces(switching: Switching) -> tuple[ca.Function, NDArray[np.int64], NDArray[np.int64]]:
+def distinct_guards(switching: Switching) -> tuple[ca.Function, NDArray[np.int64], NDArray[np.int64]]:
     """The distinct guards with their rates as one function, the one of each crossing, and the states that they depend on."""
     rates = written_out(switching.guard_rates)
     outputs, count = Stages.of(rates).outputs, len(switching.crossings)
@@ -164,6 +164,11 @@ def _surfaces(switching: Switching) -> tuple[ca.Function, NDArray[np.int64], NDA
     used = [index for index in range(inputs[1].numel()) if ca.depends_on(values, ca.vertcat(inputs[1][index], inputs[2][index]))]
     surface = np.array([distinct.index(each) for each in outputs[:count]], dtype=np.int64)
     return ca.Function("guards", inputs, [ca.densify(values)]), surface, np.array(used, dtype=np.int64)
+
+
+def watched_guards(switching: Switching | None) -> ca.Function | None:
+    """What the native solver of a problem watches: the distinct guards with their rates, where there are any."""
+    return distinct_guards(switching)[0] if switching is not None and switching.crossings else None
 
 
 def tables(switching: Switching, surface: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64], int]:

@@ -81,8 +81,8 @@ def test_five_kills(tmp_path: Path) -> None:
     orphans: list[int] = []
     try:
         for count, victim in KILLS.items():
-            wait_for("shards", functools.partial(has_shards, folder, count))
-            wait_for("workers", functools.partial(workers_of, process.pid))
+            wait_for("shards", functools.partial(has_shards, folder, count), 60)
+            wait_for("workers", lambda: workers_of(process.pid) or process.poll() is not None)  # noqa: B023 - asked here only
             workers = workers_of(process.pid)
             if victim == "parent":
                 orphans = workers

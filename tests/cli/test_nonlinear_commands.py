@@ -124,3 +124,12 @@ def test_transmission_error_refusals(invoke: Invoke, small: Path, tmp_path: Path
     ):
         assert words in refused(invoke("transmission-error", model, "--out", out, *arguments), 2)
     assert not out.exists()
+
+
+def test_a_proof_is_no_evidence_on_points_that_do_not_show_the_orbit(invoke: Invoke, small: Path, tmp_path: Path) -> None:
+    surface = ("--surface", "coupling.twist=0.3 deg", "--end", "0.4", "--channel", "coupling.twist", "--prove")
+    result = invoke("poincare", small, "--out", tmp_path / "out", *surface)
+    assert result.exit_code == 0, result.output
+    assert "decided by orbit" not in result.stdout
+    assert "beside that, shooting: period 1 proven: residual" in result.stdout
+    assert "these points do not show it" in result.stdout

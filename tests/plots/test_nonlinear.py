@@ -143,8 +143,8 @@ def test_diagram_colors_are_periods() -> None:
     figure = plot(diagram())
     colors = {line.get_color(): np.asarray(line.get_xdata()) for line in figure.axes[0].lines}
     assert len(colors) == 5  # unsettled, 7, 4, 2, 1
-    assert np.unique(colors["#9A9A9A"]).tolist() == [0.0]
-    assert len(colors["#9A9A9A"]) == 20
+    assert np.unique(colors["#8A8A8A"]).tolist() == [0.0]
+    assert len(colors["#8A8A8A"]) == 20
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert labels == ["period 1", "period 2", "period 4", "period 7", "did not come to stand still"]
     assert "1 of 6 columns did not come to stand still" in said(figure)

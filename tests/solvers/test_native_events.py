@@ -137,6 +137,18 @@ def test_a_ball_that_comes_to_rest_ends_as_zeno() -> None:
         assert run.times[-1] <= end
 
 
+@pytest.mark.parametrize("method", ["rk4", "dopri5", "dop853"])
+def test_a_ball_never_falls_through_the_floor(method: str) -> None:
+    """Whatever is left of its flights: steps longer than a flight find the way back down, not the way up from the floor."""
+    for restitution, tolerance in ((0.3, 1e-6), (0.3, 1e-9), (0.5, 1e-9)):
+        for run in native(ball(restitution, 4.0), SolverOptions(tolerance=tolerance), method):
+            assert run.outcome is Outcome.ZENO
+            expected = math.sqrt(2 / 9.81) * (2 * np.cumsum(restitution ** np.arange(12)) - 1)
+            assert log_of(run).times[:12] == pytest.approx(expected, abs=1e-9)
+    for run in native(ball(0.0, 4.0), OPTIONS, method):
+        assert run.outcome is Outcome.EVENT_CHATTER
+
+
 @pytest.mark.parametrize("options", [{}, {"rule": "paper"}, {"fixed_step": 0.03}])
 def test_the_log_is_that_of_the_virtual_machine(rattler: InitialValueProblem, options: dict) -> None:
     t, x, p = ca.SX.sym("t"), ca.SX.sym("x", 2), ca.SX.sym("p", 5)

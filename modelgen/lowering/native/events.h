@@ -205,7 +205,8 @@ static void set_signs(const Task *task, Work *k, int lane) {
     int effect = crossing[VARIABLE] >= 0 || crossing[RESET] >= 0; /* a run may start where another one was stopped */
     k->fired[lane * g + n] = 0;
     if (near && !effect && !k->leapt[lane]) continue; /* a section keeps the side that it had */
-    if (effect && fired) sign = rate != 0 ? rate : value;
+    int rest = crossing[VARIABLE] < 0 && near && crossing[DIRECTION] && fabs(rate) * k->h[lane] <= task->guard_zero[k->job[lane] * g + n];
+    if (effect && fired && !rest) sign = rate != 0 ? rate : value; /* what was brought to rest on its surface may fire again */
     else if (near) sign = effect && crossing[DIRECTION] ? (double)-crossing[DIRECTION] : rate;
     put(&k->sign[n], lane, sign);
   }

@@ -15,7 +15,8 @@ def stage_functions(stages: Stages, state_prefix: str, times: int = 4) -> str:
     """The three stages as static C functions, and their sizes as macros.
 
     ``parameter_stage(p, c)`` on doubles; ``time_stage(c, t, w)`` for so many new times of a step; ``state_stage(c, w, x, k)``
-    with k = dx/dt. Where one trajectory runs (``state_prefix`` "s_"), the times are the lanes of one V.
+    with k = dx/dt; ``guard_stage(c, w, x, v, out)`` with the guards and their rates, which are the outputs behind k. Where one
+    trajectory runs (``state_prefix`` "s_"), the times are the lanes of one V.
     """
     stages, lanes = arranged(stages), state_prefix == "v_"
     kind, t = ("V", "const V *t") if lanes else ("double", "V t")
@@ -24,6 +25,8 @@ def stage_functions(stages: Stages, state_prefix: str, times: int = 4) -> str:
     time = StagePrinter(stages, "v_", "V", Level.TIME, times=times if lanes else 1)
     state = StagePrinter(stages, state_prefix, kind, Level.STATE)
     of_time, of_state = f"const S *c, {t}, V *w", "const S *c, const TIME_VALUE *w, const S *x, S *k"
+    of_guards = "const S *c, const TIME_VALUE *w, const S *x, const S *v, S *out"
+    rates, guards = stages.outputs[: sizes["NX"]], stages.outputs[sizes["NX"] :]
     lines = [
         *(f"#define {name} {size}" for name, size in sizes.items()),
         *stage_function(
@@ -32,7 +35,8 @@ def stage_functions(stages: Stages, state_prefix: str, times: int = 4) -> str:
         "#define C(i) TIME_PARAMETER(c[i])",
         *stage_function(time, "time_stage", of_time, stages.time, stages.time_values, "w"),
         *("#undef C", "#define C(i) c[i]", "#define W(i) w[(i) * TIME_STRIDE]"),
-        *stage_function(state, "state_stage", of_state, stages.state, stages.outputs, "k"),
+        *stage_function(state, "state_stage", of_state, stages.state_for(rates), rates, "k"),
+        *stage_function(state, "guard_stage", of_guards, stages.state_for(guards), guards, "out"),
     ]
     return "\n".join([*lines, ""])
 

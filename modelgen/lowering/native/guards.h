@@ -158,14 +158,20 @@ static void find(const Task *task, Work *k, int lane) {
   for (int64_t n = 0; n < task->crossings; ++n) {
     if (get(&k->active[n], lane) == 0) continue;
     int64_t direction = task->crossing[n * CROSSING + DIRECTION], m = task->crossing[n * CROSSING + SURFACE];
-    double side = get(&k->sign[n], lane);
+    double side = get(&k->sign[n], lane), zero = task->guard_zero[k->job[lane] * task->crossings + n];
     for (int node = START; node < FULL; ++node) {
       double one = get(&k->guard[node][m], lane), two = get(&k->guard[node + 1][m], lane);
       double rate = get(&k->guard[node][RATES(task) + m], lane), end_rate = get(&k->guard[node + 1][RATES(task) + m], lane);
       double a = k->t[lane] + (node == START ? 0.0 : 0.5 * k->h[lane]), b = node == START ? k->t[lane] + 0.5 * k->h[lane] : k->t_new[lane];
-      double next = two == 0 ? side : two;
+      double next = fabs(two) <= zero ? side : two; /* rounding has no sign */
       int below = side < 0;
       if (side * next < 0) {
+        if (side * one <= 0 && side * rate > 0 && side * end_rate < 0) { /* a little beyond zero after its event: not its way back */
+          a = locate(task, k, lane, g + m, rate < 0, a, b, rate, end_rate);
+          double at[4] = {a, a, a, a};
+          see(task, k, lane, at);
+          one = k->four[4 * m];
+        }
         if (direction == 0 || (direction > 0) == below) note(task, k, lane, n, locate(task, k, lane, m, below, a, b, one, two));
       } else if (below ? rate > 0 && end_rate < 0 : side > 0 && rate < 0 && end_rate > 0) {
         double turn = locate(task, k, lane, g + m, rate < 0, a, b, rate, end_rate), at[4] = {turn, turn, turn, turn};
@@ -186,7 +192,8 @@ static void keep_signs(const Task *task, Work *k, int lane) {
   for (int64_t n = 0; n < task->crossings; ++n) {
     int64_t m = task->crossing[n * CROSSING + SURFACE];
     double half = get(&k->guard[HALF][m], lane), end = get(&k->guard[FULL][m], lane);
-    if (end != 0 || half != 0) put(&k->sign[n], lane, end != 0 ? end : half);
+    double zero = task->guard_zero[k->job[lane] * task->crossings + n], sign = fabs(end) > zero ? end : fabs(half) > zero ? half : 0.0;
+    if (sign != 0) put(&k->sign[n], lane, sign);
   }
   put(&k->fresh, lane, 0.0);
 }

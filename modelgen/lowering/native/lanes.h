@@ -34,24 +34,26 @@ INLINE V v_sign(V a) { return v_select(a == a, v_select(a == 0.0, a, v_number(a 
 INLINE V v_fmin(V a, V b) { return v_select((a < b) | (b != b), a, b); }
 INLINE V v_fmax(V a, V b) { return v_select((a > b) | (b != b), a, b); }
 INLINE V v_fabs(V a) { return (V)((v_mask)a & INT64_MAX); }
-INLINE V v_larger(V a, V b) { return v_select(a > b, a, b); } /* b where a is NaN */
 #define V_ONE(name) INLINE V v_##name(V a) { V r; for (int i = 0; i < WIDTH; ++i) r[i] = name(a[i]); return r; }
 #define V_TWO(name) INLINE V v_##name(V a, V b) { V r; for (int i = 0; i < WIDTH; ++i) r[i] = name(a[i], b[i]); return r; }
 
 #if WIDTH == 8 && defined(__AVX512F__)
 INLINE V v_fma(V a, V b, V c) { return (V)_mm512_fmadd_pd((__m512d)a, (__m512d)b, (__m512d)c); }
+INLINE V v_larger(V a, V b) { return (V)_mm512_max_pd((__m512d)a, (__m512d)b); } /* b where one is NaN */
 INLINE V v_sqrt(V a) { return (V)_mm512_sqrt_pd((__m512d)a); }
 INLINE V v_floor(V a) { return (V)_mm512_roundscale_pd((__m512d)a, 1); }
 INLINE V v_ceil(V a) { return (V)_mm512_roundscale_pd((__m512d)a, 2); }
 INLINE int v_any(v_mask m) { return _mm512_test_epi64_mask((__m512i)m, (__m512i)m) != 0; }
 #elif WIDTH == 4 && defined(__AVX2__) && defined(__FMA__)
 INLINE V v_fma(V a, V b, V c) { return (V)_mm256_fmadd_pd((__m256d)a, (__m256d)b, (__m256d)c); }
+INLINE V v_larger(V a, V b) { return (V)_mm256_max_pd((__m256d)a, (__m256d)b); }
 INLINE V v_sqrt(V a) { return (V)_mm256_sqrt_pd((__m256d)a); }
 INLINE V v_floor(V a) { return (V)_mm256_floor_pd((__m256d)a); }
 INLINE V v_ceil(V a) { return (V)_mm256_ceil_pd((__m256d)a); }
 INLINE int v_any(v_mask m) { return !_mm256_testz_si256((__m256i)m, (__m256i)m); }
 #else
 INLINE V v_fma(V a, V b, V c) { V r; for (int i = 0; i < WIDTH; ++i) r[i] = fma(a[i], b[i], c[i]); return r; }
+INLINE V v_larger(V a, V b) { return v_select(a > b, a, b); }
 V_ONE(sqrt) V_ONE(floor) V_ONE(ceil)
 INLINE int v_any(v_mask m) { int64_t found = 0; for (int i = 0; i < WIDTH; ++i) found |= m[i]; return found != 0; }
 #endif

@@ -106,13 +106,20 @@ class NativeObserver:
         return Observer(self.values, self.outputs, *places)
 
 
-def source(function: ca.Function, lanes: bool, method: str = "rk4") -> str:
+def source(function: ca.Function, lanes: bool, method: str = "rk4", guards: ca.Function | None = None) -> str:
     """The whole C text of a native solver: for one trajectory, or for lanes. Raises LoweringError for an operation without C."""
-    stages, (chosen, middle) = Stages.of(function), method_named(method)
-    printed = stage_functions(stages, "v_" if lanes else "s_", times=bundle(chosen, middle))
-    texts = [_head(lanes), step_sizes(chosen, middle), _text("task.h").replace('#include "stages.h"\n', printed)]
-    texts += [step_functions(chosen, middle), *(_text(name) for name in _HEADERS[3:])]
+    surfaces = 0 if guards is None else int(guards.numel_out(0)) // 2
+    stages, (chosen, middle) = Stages.of(function if guards is None else _together(function, guards)), method_named(method)
+    printed = stage_functions(stages, "v_" if lanes else "s_", times=bundle(chosen, middle, surfaces > 0))
+    texts = [_head(lanes), step_sizes(chosen, middle, surfaces), _text("task.h").replace('#include "stages.h"\n', printed)]
+    texts += [step_functions(chosen, middle, surfaces > 0), *(_text(name) for name in _HEADERS[3:])]
     return "\n".join(texts)
+
+
+def _together(function: ca.Function, guards: ca.Function) -> ca.Function:
+    """Rates, guards and rates of the guards as one function (t, x, v, p), so that they share what parameters and time fix."""
+    t, x, v, p = (ca.SX.sym(name, guards.sparsity_in(index)) for index, name in enumerate(("t", "x", "v", "p")))
+    return ca.Function("step", [t, x, v, p], [ca.densify(ca.vertcat(function(t, x, p), guards(t, x, v, p)))])
 
 
 def observer_source(function: ca.Function, lanes: bool) -> str:
@@ -129,22 +136,26 @@ def _text(name: str) -> str:
 
 
 @functools.lru_cache(maxsize=32)
-def native_solver(function: ca.Function, lanes: bool = False, method: str = "rk4") -> NativeSolver:
+def native_solver(
+    function: ca.Function, lanes: bool = False, method: str = "rk4", guards: ca.Function | None = None
+) -> NativeSolver:
     """The native solver of an SX function (t, x, p) -> dx/dt by a method (rk4, dopri5, dop853), built or from the cache.
 
-    Raises NoCompilerError without a compiler, LoweringError for an operation that has no C or an unknown method.
+    ``guards``: (t, x, v, p) -> the guards that every step watches, then their rates. Raises NoCompilerError without a compiler,
+    LoweringError for an operation that has no C or an unknown method.
     """
     method_named(method)
-    return NativeSolver(_built(function, ("solver", method, lanes), lambda: source(function, lanes, method)))
+    functions = (function,) if guards is None else (function, guards)
+    return NativeSolver(_built(functions, ("solver", method, lanes), lambda: source(function, lanes, method, guards)))
 
 
 @functools.lru_cache(maxsize=64)
 def native_observer(function: ca.Function, lanes: bool = False) -> NativeObserver:
     """The observer of an SX function (t, x, p) or (t, x, v, p) -> one dense column, built or from the cache."""
-    return NativeObserver(_built(function, ("observer", lanes), lambda: observer_source(function, lanes)))
+    return NativeObserver(_built((function,), ("observer", lanes), lambda: observer_source(function, lanes)))
 
 
-def _built(function: ca.Function, kind: tuple[object, ...], text_of: Callable[[], str]) -> Path:
+def _built(functions: tuple[ca.Function, ...], kind: tuple[object, ...], text_of: Callable[[], str]) -> Path:
     compiler = find_compiler()
 
     def build(folder: Path, library: Path) -> None:
@@ -152,7 +163,12 @@ def _built(function: ca.Function, kind: tuple[object, ...], text_of: Callable[[]
         text.write_text(text_of(), encoding="utf-8")
         compiler.build(text, library)
 
-    parts = (function.serialize().encode(), _generator(), compiler.identity().encode(), repr(kind).encode())
+    parts = (
+        *(function.serialize().encode() for function in functions),
+        _generator(),
+        compiler.identity().encode(),
+        repr(kind).encode(),
+    )
     key = hashlib.sha256(b"\0".join(hashlib.sha256(part).digest() for part in parts)).hexdigest()
     return library_for(key, build)
 

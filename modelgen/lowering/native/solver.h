@@ -12,8 +12,8 @@ static void set_out(const Task *task, Work *k, const double *which) {
   state_stage(k->c, W_AT(k, 0), k->x, k->base);
   for (int i = 0; i < NX; ++i) k->now.k[0][i] = S_(select)(take, k->base[i], k->now.k[0][i]);
   if (!task->crossings) return;
-  look(task, k, HALF, k->y, k->now.k[0], k->time);
-  for (int64_t n = 0; n < 2 * RATES(task); ++n) k->guard[START][n] = S_(select)(take, k->guard[HALF][n], k->guard[START][n]);
+  look(task, k, HALF, W_AT(k, 0), k->y, k->now.k[0]);
+  for (int64_t n = 0; n < 2 * RATES; ++n) k->guard[START][n] = S_(select)(take, k->guard[HALF][n], k->guard[START][n]);
   for (int lane = 0; lane < LANES; ++lane)
     if (which[lane] != 0) set_signs(task, k, lane);
 }
@@ -180,7 +180,7 @@ static void take_steps(const Task *task, Work *k, Log *log, const double *accept
     k->y[i] = S_(select)(take, k->now.y_end[i], k->y[i]);
     k->now.k[0][i] = S_(select)(take, k->now.k[END][i], k->now.k[0][i]);
   }
-  for (int64_t n = 0; n < 2 * RATES(task); ++n) k->guard[START][n] = S_(select)(take, k->guard[FULL][n], k->guard[START][n]);
+  for (int64_t n = 0; n < 2 * RATES; ++n) k->guard[START][n] = S_(select)(take, k->guard[FULL][n], k->guard[START][n]);
   for (int lane = 0; lane < LANES; ++lane) {
     if (again[lane] != 0) {
       int seen = k->t[lane] >= task->times[k->job[lane] * task->times_stride];
@@ -235,7 +235,7 @@ int64_t modelgen_run(const Task *task, Work *k, Log *log, int64_t steps) {
     if (restoring) {
       memcpy(&k->step, k->h, sizeof(S));
       k->dense_ready = 0;
-      if (task->crossings) watch(task, k);
+      if (task->crossings) times_at(k, k->time, k->step), watch(task, k);
     }
     if (any) take_steps(task, k, log, accepted);
   }

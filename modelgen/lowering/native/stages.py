@@ -6,6 +6,7 @@ later stages take over. A model without a stage has an empty list there and pays
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import casadi as ca
@@ -65,6 +66,14 @@ class Stages:
             outputs=tuple(graph.outputs),
             sizes=(int(function.numel_in(1)), int(function.numel_in(function.n_in() - 1))),
         )
+
+    def state_for(self, outputs: Iterable[int]) -> tuple[int, ...]:
+        """The values of the state stage that some of the outputs need, in order."""
+        needed = set(outputs)
+        for index in reversed(self.state):
+            if index in needed:
+                needed.update(self.nodes[index].operands)
+        return tuple(index for index in self.state if index in needed)
 
     def clock_frequency(self, index: int) -> int | None:
         """The frequency, where a value is the sine or cosine of frequency times time."""

@@ -17,7 +17,7 @@ DOUBLED = frozenset({"rk4"})  # methods that measure their error by step doublin
 WIDEST_BUNDLE = 6  # times for which the time stage of lanes is computed side by side
 
 Row = Sequence[Fraction]
-ZERO = Fraction(0)
+ZERO, HALF = Fraction(0), Fraction(1, 2)
 
 
 def method_named(name: str) -> tuple[Tableau, int | None]:
@@ -26,21 +26,21 @@ def method_named(name: str) -> tuple[Tableau, int | None]:
     return (doubled(tableau, extrapolate=False), 2 * tableau.stages - 1) if name in DOUBLED else (tableau, None)
 
 
-def step_functions(method: Tableau, middle: int | None) -> str:
+def step_functions(method: Tableau, middle: int | None, guarded: bool = False) -> str:
     """C text: ``times_at``, ``try_step``, ``dense_stages``, ``middle_node`` and ``dense_weights`` of a method."""
-    return "\n".join(_StepPrinter(method, middle).lines()) + "\n"
+    return "\n".join(_StepPrinter(method, middle, guarded).lines()) + "\n"
 
 
-def bundle(method: Tableau, middle: int | None) -> int:
+def bundle(method: Tableau, middle: int | None, guarded: bool = False) -> int:
     """For how many times the time stage of lanes is computed side by side."""
-    times = len(_StepPrinter(method, middle).times)
+    times = len(_StepPrinter(method, middle, guarded).times)
     return -(-times // -(-times // WIDEST_BUNDLE))
 
 
-def step_sizes(method: Tableau, middle: int | None) -> str:
-    """The macros that say how large a step's memory is; they come before the stages."""
-    printer = _StepPrinter(method, middle)
-    times, width, s = len(printer.times), bundle(method, middle), method.stages
+def step_sizes(method: Tableau, middle: int | None, surfaces: int = 0) -> str:
+    """The macros that say how large a step's memory is; they come before the stages. ``surfaces``: guards of the model."""
+    printer = _StepPrinter(method, middle, surfaces > 0)
+    times, width, s = len(printer.times), bundle(method, middle, surfaces > 0), method.stages
     sizes = {
         "SLOTS": printer.slots,
         "END": printer.places[s],
@@ -51,10 +51,13 @@ def step_sizes(method: Tableau, middle: int | None) -> str:
         "MIDDLE": printer.places[middle or 0],
         "EXPONENT": f"(1.0 / {method.control})",
         "NODES": int(middle is not None),
+        "SURFACES": surfaces,
+        "MIDDLE_TIME": printer.times.index(HALF) if surfaces else 0,
     }
     lines = [f"#define {name} {size}" for name, size in sizes.items()]
-    fractions = ", ".join(_number(each) for each in printer.times)
-    lines += [f"enum {{ TIMES = {times} }};", f"static const double FRACTIONS[] = {{{fractions}}};"]
+    lines += [f"enum {{ TIMES = {times} }};"]
+    for name, nodes in (("FRACTIONS", printer.times), ("LATE_FRACTIONS", method.extra_c or (ZERO,))):
+        lines += [f"static const double {name}[] = {{{', '.join(map(_number, nodes))}}};"]
     lines += ["#ifdef SINGLE", "#define BUNDLE WIDTH", f"#define BUNDLES (({times} + WIDTH - 1) / WIDTH)", "#else"]
     lines += [f"#define BUNDLE {width}", f"#define BUNDLES {-(-times // width)}", "#endif"]
     return "\n".join(lines) + "\n"
@@ -63,11 +66,11 @@ def step_sizes(method: Tableau, middle: int | None) -> str:
 class _StepPrinter:
     """Prints a step. Where the dense output needs only a few slopes, the others share one place and are added up as they come."""
 
-    def __init__(self, method: Tableau, middle: int | None) -> None:
+    def __init__(self, method: Tableau, middle: int | None, guarded: bool = False) -> None:
         self.method, self.middle = method, middle
         s = method.stages
         self.rows = [_padded(row, s + 1) for row in (*method.a, method.b)]
-        self.times = sorted({node for node in (*method.c[1:], Fraction(1)) if node})
+        self.times = sorted({node for node in (*method.c[1:], Fraction(1), *[HALF] * guarded) if node})
         self.late = any(row[s] for row in method.errors)  # the error needs the slope at the end
         # Row -> the earlier row that it is built on; rows that others are built on are stored as gains.
         self.base = {index: self._best_base(self.rows[index], range(1, index)) for index in range(1, s + 1)}
@@ -153,7 +156,7 @@ class _StepPrinter:
     def _step(self) -> list[str]:
         s, method, late = self.method.stages, self.method, self.late
         lines = ["static void try_step(Work *k, double correction, S *error, S *guard, S *size) {"]
-        lines += ["  const S h = k->step;"]
+        lines += ["  const S h = k->step;", "  MEASURE_FROM_ZERO"]
         lines += ["  (void)correction;", "  times_at(k, k->time, h);"]
         lines += ["  for (int i = 0; i < NX; ++i) k->base[i] = k->x0[i] + k->y[i];"]
         for index in range(1, s):
@@ -179,23 +182,23 @@ class _StepPrinter:
         else:
             lines += ["    k->now.y_end[i] = k->y[i] + gain;"]
         lines += ["    k->x[i] = k->x0[i] + k->now.y_end[i];"]
-        lines += ["    k->measure[0][i] = k->now.y_end[i] * k->inverse[i];", "  } }"]
+        lines += ["    MEASURE(k, 0, i, k->now.y_end[i] * k->inverse[i]);", "  } }"]
         lines += ["  state_stage(k->c, W_AT(k, TIMES - 1), k->x, k->now.k[END]);", "  {"]
         if late:
             lines += [f"  {self._error_sum(n)[0]}" for n in range(len(method.errors))]
         lines += ["  for (int i = 0; i < NX; ++i) {"]
         if late:
             lines += self._errors()
-        lines += ["    k->measure[1][i] = h * k->now.k[END][i] * k->inverse[i];", "  } }"]
+        lines += ["    MEASURE(k, 1, i, h * k->now.k[END][i] * k->inverse[i]);", "  } }"]
         estimates = range(len(method.errors))
-        lines += [f"  const S worst{n} = largest(k->measure[{n + 2}]);" for n in estimates]
-        lines += [f"  *guard = {' + '.join(f'squares(k->measure[{n}])' for n in range(len(method.errors) + 2))};"]
+        lines += [f"  const S worst{n} = LARGEST(k, {n + 2});" for n in estimates]
+        lines += [f"  *guard = {' + '.join(f'SQUARES(k, {n})' for n in range(len(method.errors) + 2))};"]
         if len(method.errors) == 1:
             lines += ["  *error = worst0;"]
         else:  # of two estimates the higher order, weighed by the lower
             lines += ["  const S both = worst0 * worst0 + 0.01 * worst1 * worst1;"]
             lines += ["  *error = S_(select)(both == 0.0, both, worst0 * worst0 / S_(sqrt)(both));"]
-        return [*lines, "  *size = largest(k->measure[0]);", "}"]
+        return [*lines, "  *size = LARGEST(k, 0);", "}"]
 
     def _error_sum(self, n: int) -> tuple[str, str]:
         if self.running:
@@ -207,21 +210,21 @@ class _StepPrinter:
         lines = []
         for n in range(len(self.method.errors)):
             lines += [f"    const S error{n} = {self._error_sum(n)[1]};"]
-            lines += [f"    k->measure[{n + 2}][i] = error{n} * k->inverse[i];"]
+            lines += [f"    MEASURE(k, {n + 2}, i, error{n} * k->inverse[i]);"]
         return lines
 
     def _dense_stages(self) -> list[str]:
         lines = ["/* Slopes that only the dense output needs. */", "static void dense_stages(Work *k) {"]
         lines += ["  if (k->dense_ready) return;", "  k->dense_ready = 1;"]
         if self.method.extra_c:
-            lines += ["  const S h = k->step;"]
-        for j, (node, row) in enumerate(zip(self.method.extra_c, self.method.extra_a, strict=True)):
+            lines += ["  const S h = k->step;", "  stage_times(k, k->time, h, LATE_FRACTIONS, EXTRA, LATE);"]
+        for j, row in enumerate(self.method.extra_a):
             terms = [(slot, weight) for slot, weight in enumerate(row) if weight]
             constants = "".join(f" const S a{slot} = h * {_number(weight)};" for slot, weight in terms)
             total = " + ".join(f"a{slot} * k->now.k[{slot}][i]" for slot, _ in terms)
-            lines += [f"  time_at(k, k->time + h * {_number(node)});", f"  {{{constants}"]
+            lines += [f"  {{{constants}"]
             lines += [f"    for (int i = 0; i < NX; ++i) k->x[i] = k->base[i] + ({total}); }}"]
-            lines += [f"  state_stage(k->c, W_AT(k, 0), k->x, k->now.k[END + {j + 1}]);"]
+            lines += [f"  state_stage(k->c, W_AT(k, LATE + {j}), k->x, k->now.k[END + {j + 1}]);"]
         return [*lines, "}"]
 
     def _middle_node(self) -> list[str]:
@@ -232,9 +235,8 @@ class _StepPrinter:
         if self.middle is not None:
             return [*lines, "  (void)k;", "}"]
         lines += ["  dense_stages(k);", "  const S h = k->step;"]
-        half = Fraction(1, 2)
-        value = [sum((w * half ** (m + 1) for m, w in enumerate(row)), ZERO) for row in self.method.dense]
-        slope = [sum((w * (m + 1) * half**m for m, w in enumerate(row)), ZERO) for row in self.method.dense]
+        value = [sum((w * HALF ** (m + 1) for m, w in enumerate(row)), ZERO) for row in self.method.dense]
+        slope = [sum((w * (m + 1) * HALF**m for m, w in enumerate(row)), ZERO) for row in self.method.dense]
         values = " + ".join(f"{_number(w)} * k->now.k[{n}][i]" for n, w in enumerate(value) if w)
         slopes = " + ".join(f"{_number(w)} * k->now.k[{n}][i]" for n, w in enumerate(slope) if w)
         lines += ["  for (int i = 0; i < NX; ++i) {"]

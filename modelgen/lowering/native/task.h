@@ -10,7 +10,6 @@ typedef s_mask S_MASK;
 #define LANE(a, i) (a)
 #define CHOOSE(m, a, b) ((m) ? (a) : (b))
 INLINE double s_larger(double a, double b) { return a > b ? a : b; } /* b where a is NaN */
-#define AS_S(a) (a)[0]          /* what an observer gave for the lanes */
 #define ONE_LANE(a, lane) (a) /* one lane's value in all slots */
 #define TIME_VALUE double
 #define TIME_STRIDE BUNDLE
@@ -22,7 +21,6 @@ typedef v_mask S_MASK;
 #define S_(name) v_##name
 #define LANE(a, i) (a)[i]
 #define CHOOSE(m, a, b) (((m) & (a)) | (~(m) & (b)))
-#define AS_S(a) (a)
 #define ONE_LANE(a, lane) v_all((a)[lane])
 #define TIME_VALUE V
 #define TIME_STRIDE BUNDLE
@@ -30,6 +28,7 @@ typedef v_mask S_MASK;
 #endif
 #include "stages.h"
 
+#define EXTRA_BUNDLES ((EXTRA + BUNDLE - 1) / BUNDLE) /* of times that only the dense output needs */
 enum { RUNNING, SUCCESS, MAX_STEPS, STEP_TOO_SMALL, NON_FINITE_RATE, DIVERGED, EVENT, MAX_EVENTS, ZENO, EVENT_CHATTER };
 enum { OUTCOME, STEPS, REJECTED, EVALUATIONS, REACHED, STOP, EVENTS, LAST_EVENT, COUNTS };
 enum { TIME, SIZE, SMALLEST, LARGEST, FACTS };
@@ -91,8 +90,10 @@ typedef struct {
   S c[NC + 1], x0[NX], inverse[NX], y[NX], low[NX], high[NX]; /* what stays between steps */
   Trial now;                                                  /* the step that was tried last */
   S base[NX], x[NX], gain[GAINS + 1][NX];
-  S measure[MEASURES][FOURS]; /* in scales: place, movement, errors; zeros behind */
-  V w[BUNDLES * BUNDLE * NW + 1];
+#ifdef SINGLE
+  S measure[MEASURES][FOURS]; /* zeros behind */
+#endif
+  V w[(BUNDLES + EXTRA_BUNDLES) * BUNDLE * NW + 1];
   S_MASK suspects;
   S fresh; /* not 0: the lane has just started, and its guards may have other signs than their values */
   S time, step, accepted, recording; /* as lanes see them */
@@ -119,8 +120,13 @@ static double smaller(double a, double b) { return b < a ? b : a; }
 static double larger(double a, double b) { return b > a ? b : a; }
 static double ulp(double a) { return nextafter(fabs(a), INFINITY) - fabs(a); }
 
-/* The largest size, and the sum of squares, of what stands in an array of FOURS: four at a time, so that none waits for the other. A
- * largest value hides NaN, a sum does not. */
+/* The largest size, and the sum of squares, of a row in scales: place, movement, errors. A largest value hides NaN, a sum does not.
+ * One trajectory fills a row first and takes four entries at a time, so that none waits for the other; lanes take each as it comes. */
+#ifdef SINGLE
+#define MEASURE_FROM_ZERO
+#define MEASURE(k, n, i, value) (k)->measure[n][i] = (value)
+#define LARGEST(k, n) largest((k)->measure[n])
+#define SQUARES(k, n) squares((k)->measure[n])
 static S largest(const S *a) {
   S most[4] = {S_(fabs)(a[0]), S_(fabs)(a[1]), S_(fabs)(a[2]), S_(fabs)(a[3])};
   for (int i = 4; i < FOURS; i += 4)
@@ -134,6 +140,18 @@ static S squares(const S *a) {
     for (int n = 0; n < 4; ++n) sum[n] = sum[n] + a[i + n] * a[i + n];
   return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
+#else
+typedef struct {
+  S largest, squares;
+} Measure;
+#define MEASURE_FROM_ZERO Measure measure[MEASURES]; for (int n = 0; n < MEASURES; ++n) measure[n].largest = measure[n].squares = S_(all)(0.0);
+#define MEASURE(k, n, i, value) take_in(&measure[n], value)
+#define LARGEST(k, n) measure[n].largest
+#define SQUARES(k, n) measure[n].squares
+INLINE void take_in(Measure *m, S value) {
+  m->largest = S_(larger)(S_(fabs)(value), m->largest), m->squares = m->squares + value * value;
+}
+#endif
 
 /* Lay out what follows a Work; with NULL only count the bytes. */
 static int64_t lay_out(const Task *task, char *memory, Work *k) {
@@ -151,34 +169,29 @@ static int64_t lay_out(const Task *task, char *memory, Work *k) {
   return used;
 }
 
-/* Values of the time stage for the n-th new time of a step. */
+/* Values of the time stage for the n-th new time of a step; times that only the dense output needs begin at LATE. */
 #define W_AT(k, n) ((const TIME_VALUE *)(k)->w + (n) / BUNDLE * BUNDLE * NW + (n) % BUNDLE)
+enum { LATE = BUNDLES * BUNDLE };
 
-/* The time stage at all times of a step, and at one time (then W_AT(k, 0) holds it). */
+/* The time stage at fractions of a step, put down from place on (a multiple of BUNDLE). */
+static void stage_times(Work *k, S t, S h, const double *fraction, int times, int place) {
+#if NW
+  for (int first = 0; first < times; first += BUNDLE) {
 #ifdef SINGLE
-static void stage_times(Work *k, double t, double h, int times) {
-#if NW
-  for (int first = 0; first < times; first += BUNDLE) {
     V at = v_all(t + h);
-    for (int n = 0; n < BUNDLE && first + n < times; ++n) at[n] = t + FRACTIONS[first + n] * h;
-    time_stage(k->c, at, k->w + first / BUNDLE * NW);
-  }
+    for (int n = 0; n < BUNDLE && first + n < times; ++n) at[n] = t + fraction[first + n] * h;
+    time_stage(k->c, at, k->w + (place + first) / BUNDLE * NW);
 #else
-  (void)k, (void)t, (void)h, (void)times;
-#endif
-}
-#else
-static void stage_times(Work *k, V t, V h, int times) {
-#if NW
-  for (int first = 0; first < times; first += BUNDLE) {
     V at[BUNDLE];
-    for (int n = 0; n < BUNDLE; ++n) at[n] = first + n < times ? t + FRACTIONS[first + n] * h : t + h;
-    time_stage(k->c, at, k->w + first * NW);
+    for (int n = 0; n < BUNDLE; ++n) at[n] = first + n < times ? t + fraction[first + n] * h : t + h;
+    time_stage(k->c, at, k->w + (place + first) * NW);
+#endif
   }
 #else
-  (void)k, (void)t, (void)h, (void)times;
+  (void)k, (void)t, (void)h, (void)fraction, (void)times, (void)place;
 #endif
 }
-#endif
-static void times_at(Work *k, S t, S h) { stage_times(k, t, h, TIMES); }
-static void time_at(Work *k, S t) { stage_times(k, t, S_(all)(0.0), 1); }
+
+/* At all times of a step, and at one time (then W_AT(k, 0) holds it). */
+static void times_at(Work *k, S t, S h) { stage_times(k, t, h, FRACTIONS, TIMES, 0); }
+static void time_at(Work *k, S t) { stage_times(k, t, S_(all)(0.0), FRACTIONS, 1, 0); }

@@ -43,6 +43,8 @@ def solve_explicit(problem: InitialValueProblem, options: SolverOptions, method:
     brief = replace(options, budget=replace(options.budget, max_steps=few), progress=None)  # it would begin twice
     first = _on_virtual_machine(problem, brief, method)
     if first.outcome is not Outcome.MAX_STEPS:
+        if options.progress is not None and first.outcome is Outcome.SUCCESS:
+            options.progress(1.0)
         return first
     try:
         return solve_native(problem, options, method)

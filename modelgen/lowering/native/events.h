@@ -200,7 +200,7 @@ static void set_signs(const Task *task, Work *k, int lane) {
   for (int64_t n = 0; n < g; ++n) {
     const int64_t *crossing = task->crossing + n * CROSSING;
     int64_t m = crossing[SURFACE];
-    double value = get(&k->guard[START][m], lane), rate = get(&k->guard[START][RATES(task) + m], lane), sign = value;
+    double value = get(&k->guard[START][m], lane), rate = get(&k->guard[START][RATES + m], lane), sign = value;
     int near = fabs(value) <= task->guard_zero[k->job[lane] * g + n], fired = (int)k->fired[lane * g + n];
     int effect = crossing[VARIABLE] >= 0 || crossing[RESET] >= 0; /* a run may start where another one was stopped */
     k->fired[lane * g + n] = 0;

@@ -9,57 +9,30 @@ enum { START, HALF, FULL }; /* nodes of a step */
 /* Crossings that differ only in direction and mode share a surface. Surfaces stand in rows of V: one surface of all lanes, or, where
  * one trajectory runs, WIDTH surfaces side by side. */
 #ifdef SINGLE
-#define ROWS(task) (((task)->surfaces + WIDTH - 1) / WIDTH)
+enum { ROWS = (SURFACES + WIDTH - 1) / WIDTH };
 #else
-#define ROWS(task) ((task)->surfaces)
+enum { ROWS = SURFACES };
 #endif
-#define RATES(task) (ROWS(task) * (WIDTH / LANES)) /* where the rates begin behind the guards, counted in S */
+enum { RATES = ROWS * (WIDTH / LANES) }; /* where the rates begin behind the guards, counted in S */
 #if NODES
 #define MIDDLE_SLOPE(k) (k)->now.k[MIDDLE]
 #else
 #define MIDDLE_SLOPE(k) (k)->now.middle_slope
 #endif
 
-/* Guards and rates of all lanes at a node: state from x0, slope, time. */
-static void look(const Task *task, Work *k, int node, const S *y, const S *slope, S time) {
-  V at = spread(&time, -1);
-  int64_t g = task->surfaces;
-  for (int64_t n = 0; n < task->reads; ++n) {
-    int64_t i = task->read[n];
-    k->at_x[i] = spread(&k->x0[i], -1) + spread(&y[i], -1), k->at_v[i] = spread(&slope[i], -1);
-  }
-  task->guards.at(k->guard_c, &at, k->at_x, k->at_v, k->seen);
-  for (int64_t n = 0; n < g; ++n) k->guard[node][n] = AS_S(k->seen[n]), k->guard[node][RATES(task) + n] = AS_S(k->seen[g + n]);
+/* Guards and rates at a node: values of the time stage there, state from x0, slope. */
+static void look(const Task *task, Work *k, int node, const TIME_VALUE *w, const S *y, const S *slope) {
+  S out[2 * SURFACES + 1];
+  for (int64_t n = 0; n < task->reads; ++n) k->x[task->read[n]] = k->x0[task->read[n]] + y[task->read[n]];
+  guard_stage(k->c, w, k->x, slope, out);
+  for (int n = 0; n < SURFACES; ++n) k->guard[node][n] = out[n], k->guard[node][RATES + n] = out[SURFACES + n];
 }
 
 /* Guards at the middle and end of the step that was tried. */
 static void look_ahead(const Task *task, Work *k) {
-  S h = k->step;
   middle_node(k);
-#ifdef SINGLE
-  int64_t g = task->surfaces;
-  V time = v_all(k->time + h); /* both nodes side by side */
-  time[0] = k->time + 0.5 * h;
-  for (int64_t n = 0; n < task->reads; ++n) {
-    int64_t i = task->read[n];
-    V y = v_all(k->now.y_end[i]), v = v_all(k->now.k[END][i]);
-    y[0] = k->now.y_middle[i], v[0] = MIDDLE_SLOPE(k)[i];
-    k->at_x[i] = k->x0[i] + y, k->at_v[i] = v;
-  }
-  task->guards.at(k->guard_c, &time, k->at_x, k->at_v, k->seen);
-  V *half = (V *)k->guard[HALF], *end = (V *)k->guard[FULL];
-  for (int64_t row = 0, rows = ROWS(task); row < rows; ++row) { /* whole rows: a row is read right after it is written */
-    V values[4] = {v_all(0.0), v_all(0.0), v_all(0.0), v_all(0.0)};
-    for (int i = 0; i < WIDTH && row * WIDTH + i < g; ++i) {
-      V guard = k->seen[row * WIDTH + i], rate = k->seen[g + row * WIDTH + i];
-      values[0][i] = guard[0], values[1][i] = guard[1], values[2][i] = rate[0], values[3][i] = rate[1];
-    }
-    half[row] = values[0], end[row] = values[1], half[rows + row] = values[2], end[rows + row] = values[3];
-  }
-#else
-  look(task, k, HALF, k->now.y_middle, MIDDLE_SLOPE(k), k->time + 0.5 * h);
-  look(task, k, FULL, k->now.y_end, k->now.k[END], k->time + h);
-#endif
+  look(task, k, HALF, W_AT(k, MIDDLE_TIME), k->now.y_middle, MIDDLE_SLOPE(k));
+  look(task, k, FULL, W_AT(k, TIMES - 1), k->now.y_end, k->now.k[END]);
 }
 
 /* The worst error of the guards' interpolation, in units of what is allowed (below 1e-5: zero), NaN where a guard has no value; and
@@ -68,11 +41,11 @@ static S watch(const Task *task, Work *k) {
   const V zero = v_all(0.0), h = spread(&k->step, -1), half = 0.5 * h;
   V worst = zero;
   v_mask suspects = zero != zero;
-  int64_t rows = ROWS(task);
+  const int rows = ROWS;
   const V *start = (const V *)k->guard[START], *middle = (const V *)k->guard[HALF], *end = (const V *)k->guard[FULL];
   const V *active = (const V *)k->watched, *floor = (const V *)k->guard_floor;
   look_ahead(task, k);
-  for (int64_t n = 0; n < rows; ++n) {
+  for (int n = 0; n < rows; ++n) {
     V g0 = start[n], g1 = middle[n], g2 = end[n], r0 = start[rows + n], r1 = middle[rows + n], r2 = end[rows + n];
     V off = v_fabs(0.5 * (g0 + g2) + 0.125 * h * (r0 - r2) - g1);
     V off_rate = v_fabs(1.5 * (g2 - g0) - h * (0.25 * (r0 + r2) + r1));
@@ -161,7 +134,7 @@ static void find(const Task *task, Work *k, int lane) {
     double side = get(&k->sign[n], lane), zero = task->guard_zero[k->job[lane] * task->crossings + n];
     for (int node = START; node < FULL; ++node) {
       double one = get(&k->guard[node][m], lane), two = get(&k->guard[node + 1][m], lane);
-      double rate = get(&k->guard[node][RATES(task) + m], lane), end_rate = get(&k->guard[node + 1][RATES(task) + m], lane);
+      double rate = get(&k->guard[node][RATES + m], lane), end_rate = get(&k->guard[node + 1][RATES + m], lane);
       double a = k->t[lane] + (node == START ? 0.0 : 0.5 * k->h[lane]), b = node == START ? k->t[lane] + 0.5 * k->h[lane] : k->t_new[lane];
       double next = fabs(two) <= zero ? side : two; /* rounding has no sign */
       int below = side < 0;

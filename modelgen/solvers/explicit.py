@@ -6,6 +6,7 @@ Part of ``solvers``; entered by the registry, which binds the method's name.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 from modelgen.errors import LoweringError
@@ -40,17 +41,31 @@ def solve_explicit(problem: InitialValueProblem, options: SolverOptions, method:
     few = max(1, int(SHORT / cost))
     if cost == math.inf or few >= options.budget.max_steps:
         return _on_virtual_machine(problem, options, method)
-    brief = replace(options, budget=replace(options.budget, max_steps=few), progress=None)  # it would begin twice
+    options = replace(options, progress=_rising(options.progress))  # a run that begins anew does not fall back
+    brief = replace(options, budget=replace(options.budget, max_steps=few))
     first = _on_virtual_machine(problem, brief, method)
     if first.outcome is not Outcome.MAX_STEPS:
-        if options.progress is not None and first.outcome is Outcome.SUCCESS:
-            options.progress(1.0)
         return first
     try:
         return solve_native(problem, options, method)
     except LoweringError:
         found = _on_virtual_machine(problem, options, method)
         return replace(found, statistics=replace(found.statistics, backend="vm, for want of a compiler"))
+
+
+def _rising(progress: Callable[[float], None] | None) -> Callable[[float], None] | None:
+    """The progress report, told only what is more than it was told before."""
+    if progress is None:
+        return None
+    known = -1.0
+
+    def tell(fraction: float) -> None:
+        nonlocal known
+        if fraction > known:
+            known = fraction
+            progress(fraction)
+
+    return tell
 
 
 def _on_virtual_machine(problem: InitialValueProblem, options: SolverOptions, method: str) -> Trajectory:

@@ -56,6 +56,13 @@ class Commands(click.Group):
             raise Ending(refusal, REFUSED) from None
         except KeyboardInterrupt:
             raise Ending("interrupted; nothing was written", INTERRUPTED) from None
+        except SystemError as failure:
+            # A signal that arrives inside a call of CasADi comes out as this, with the signal's own exception behind it.
+            if isinstance(failure.__cause__, KeyboardInterrupt):
+                raise Ending("interrupted; nothing was written", INTERRUPTED) from None
+            if isinstance(failure.__cause__, SystemExit):
+                raise failure.__cause__ from None
+            raise
 
 
 @click.group(cls=Commands, epilog=EXAMPLES, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})

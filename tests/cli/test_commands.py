@@ -70,3 +70,14 @@ def test_elements_are_described(invoke: Invoke) -> None:
     described = invoke("elements", "shaft").stdout
     assert "stiffness [N*m/rad] required" in described
     assert "damping = per_shaft | modal" in described
+
+
+@pytest.mark.parametrize(("cause", "code"), [(KeyboardInterrupt(), 130), (SystemExit(143), 143)])
+def test_a_signal_inside_a_call_of_casadi(invoke: Invoke, monkeypatch: pytest.MonkeyPatch, cause: BaseException, code: int) -> None:
+    def interrupted(*_: object) -> None:
+        raise SystemError("returned a result with an exception set") from cause
+
+    monkeypatch.setattr("modelgen.drivelines.load", interrupted)
+    result = invoke("check", "fracturing-truck")
+    assert result.exit_code == code
+    assert "Traceback" not in result.stderr

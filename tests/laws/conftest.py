@@ -10,7 +10,7 @@ from __future__ import annotations
 import functools
 import itertools
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
@@ -19,6 +19,7 @@ import pytest
 
 import modelgen.elements  # noqa: F401 - makes the vocabulary known
 from modelgen.equations import assemble
+from modelgen.errors import ModelError
 from modelgen.lowering import Compiled, lower
 from modelgen.model import Choice, Clock, Derived, Driveline, Element, Flange, Param
 
@@ -154,7 +155,15 @@ def _bench(setting: Setting, still: bool) -> Bench:
     push = [] if still else [SteppedTorque("push", disks[0].name, before=TORQUE, after=TORQUE)]
     line = Driveline("bench", [*disks, element, *push], speed=1.3, reference=disks[0].name, bases={"cycle": "3/2"})
     model = lower(assemble(line))
-    return Bench(setting, element, line, model, model.parameters.vector())
+    for _ in range(20):
+        try:
+            return Bench(setting, element, line, model, model.parameters.vector())
+        except ModelError:  # lawful one by one, but not together: drawn anew
+            params = {key: value_of(p, rng, still) for key, p in setting.cls.declared(Param).items() if setting.exists(p)}
+            element = element.copy(**params)
+            line = replace(line, elements=(*disks, element, *push))
+            model = lower(assemble(line))
+    raise AssertionError(f"no lawful values of {setting} in 20 draws")
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:

@@ -73,7 +73,7 @@ def test_elements_are_described(invoke: Invoke) -> None:
 
 
 @pytest.mark.parametrize(("cause", "code"), [(KeyboardInterrupt(), 130), (SystemExit(143), 143)])
-def test_a_signal_inside_a_call_of_casadi(invoke: Invoke, monkeypatch: pytest.MonkeyPatch, cause: BaseException, code: int) -> None:
+def test_a_signal_inside_a_call_of_casadi(invoke: Invoke, monkeypatch: pytest.MonkeyPatch, cause: Exception, code: int) -> None:
     def interrupted(*_: object) -> None:
         raise SystemError("returned a result with an exception set") from cause
 

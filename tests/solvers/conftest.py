@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 import casadi as ca
 import numpy as np
 import pytest
 
+from modelgen.lowering.native.compiler import NoCompilerError, find_compiler
 from modelgen.lowering.switching import Crossing, ModeVariable, Switching
 from modelgen.solvers.problem import InitialValueProblem
 
@@ -68,3 +70,17 @@ def switched_problem(
 def hybrid() -> Callable[..., InitialValueProblem]:
     """hybrid(rates, guards, crossings, x0, times, modes=(), p=(), resets=None, ...): a problem with events."""
     return switched_problem
+
+
+@pytest.fixture(scope="module")
+def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """A cache of native libraries for one file of tests, which is skipped where there is no compiler."""
+    try:
+        find_compiler()
+    except NoCompilerError as reason:
+        pytest.skip(str(reason))
+    with pytest.MonkeyPatch.context() as patch:
+        folder = tmp_path_factory.mktemp("native")
+        folder.chmod(0o700)
+        patch.setenv("MODELGEN_CACHE", str(folder))
+        yield folder

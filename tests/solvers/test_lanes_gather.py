@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any
 
 import casadi as ca
@@ -12,8 +11,6 @@ import numpy as np
 import pytest
 
 from modelgen.errors import CaseError
-from modelgen.lowering.native import NoCompilerError
-from modelgen.lowering.native.compiler import find_compiler
 from modelgen.solvers.gather import Gather
 from modelgen.solvers.lanes import Lanes, solve_lanes
 from modelgen.solvers.outcome import Outcome
@@ -24,17 +21,7 @@ T, X, P = ca.SX.sym("t"), ca.SX.sym("x", 2), ca.SX.sym("p", 2)
 CHANNELS = ca.Function("channels", [T, X, P], [ca.vertcat(X[0] ** 2 + P[1] * ca.cos(P[0] * T), X[1], ca.exp(-P[0]))])
 
 
-@pytest.fixture(scope="module", autouse=True)
-def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    try:
-        find_compiler()
-    except NoCompilerError as reason:
-        pytest.skip(str(reason))
-    with pytest.MonkeyPatch.context() as patch:
-        folder = tmp_path_factory.mktemp("native")
-        folder.chmod(0o700)
-        patch.setenv("MODELGEN_CACHE", str(folder))
-        yield folder
+pytestmark = pytest.mark.usefixtures("own_cache")
 
 
 def swinger(t: Any, x: Any, p: Any) -> list[Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +15,7 @@ import pytest
 
 from modelgen import assemble, load, lower
 from modelgen.errors import CaseError
-from modelgen.lowering.native import NoCompilerError, native_solver
-from modelgen.lowering.native.compiler import find_compiler
+from modelgen.lowering.native import native_solver
 from modelgen.solvers import Budget, Case, operating_point
 from modelgen.solvers.lanes import Lanes, solve_lanes
 from modelgen.solvers.native import solve_native
@@ -28,17 +27,7 @@ from modelgen.solvers.simulate import initial_value_problem
 Ode = Callable[..., InitialValueProblem]
 
 
-@pytest.fixture(scope="module", autouse=True)
-def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    try:
-        find_compiler()
-    except NoCompilerError as reason:
-        pytest.skip(str(reason))
-    with pytest.MonkeyPatch.context() as patch:
-        folder = tmp_path_factory.mktemp("native")
-        folder.chmod(0o700)
-        patch.setenv("MODELGEN_CACHE", str(folder))
-        yield folder
+pytestmark = pytest.mark.usefixtures("own_cache")
 
 
 def dead_zone(x: ca.SX, half_width: float) -> ca.SX:

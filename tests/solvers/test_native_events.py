@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterator, Sequence
-from pathlib import Path
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import casadi as ca
@@ -13,8 +12,6 @@ import numpy as np
 import pytest
 
 from modelgen.errors import CaseError
-from modelgen.lowering.native import NoCompilerError
-from modelgen.lowering.native.compiler import find_compiler
 from modelgen.lowering.switching import Crossing, ModeVariable, Switching
 from modelgen.solvers.event_log import EventLog
 from modelgen.solvers.gather import Gather
@@ -28,17 +25,7 @@ Columns = Callable[[Any, Any, Any], Sequence[Any]]
 OPTIONS = SolverOptions(tolerance=1e-8)
 
 
-@pytest.fixture(scope="module", autouse=True)
-def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    try:
-        find_compiler()
-    except NoCompilerError as reason:
-        pytest.skip(str(reason))
-    with pytest.MonkeyPatch.context() as patch:
-        folder = tmp_path_factory.mktemp("native")
-        folder.chmod(0o700)
-        patch.setenv("MODELGEN_CACHE", str(folder))
-        yield folder
+pytestmark = pytest.mark.usefixtures("own_cache")
 
 
 def hybrid(

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any
 
 import casadi as ca
@@ -13,8 +12,6 @@ import numpy as np
 import pytest
 
 from modelgen.errors import LoweringError
-from modelgen.lowering.native import NoCompilerError
-from modelgen.lowering.native.compiler import find_compiler
 from modelgen.solvers.lanes import solve_lanes
 from modelgen.solvers.native import solve_native
 from modelgen.solvers.outcome import Outcome
@@ -25,17 +22,7 @@ Ode = Callable[..., InitialValueProblem]
 METHODS = ("rk4", "dopri5", "dop853")
 
 
-@pytest.fixture(scope="module", autouse=True)
-def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    try:
-        find_compiler()
-    except NoCompilerError as reason:
-        pytest.skip(str(reason))
-    with pytest.MonkeyPatch.context() as patch:
-        folder = tmp_path_factory.mktemp("native")
-        folder.chmod(0o700)
-        patch.setenv("MODELGEN_CACHE", str(folder))
-        yield folder
+pytestmark = pytest.mark.usefixtures("own_cache")
 
 
 def forced(t: Any, x: Any, p: Any) -> list[Any]:

@@ -19,7 +19,7 @@ import numpy as np
 from modelgen.analysis.sweep_batch import Runner, key_of, settled
 from modelgen.analysis.sweep_cluster import run_cluster
 from modelgen.analysis.sweep_collect import SHARE, collection_of
-from modelgen.analysis.sweep_crew import Crew, cores, crew_options
+from modelgen.analysis.sweep_crew import Crew, crew_options
 from modelgen.analysis.sweep_job import job_text, portable
 from modelgen.analysis.sweep_points import Points, points_of
 from modelgen.analysis.sweep_record import Record
@@ -29,6 +29,7 @@ from modelgen.analysis.sweep_store import TABLE, Store, digest_of, opened, refus
 from modelgen.analysis.sweep_work import DEATHS, Work
 from modelgen.errors import CaseError
 from modelgen.solvers.case import Case
+from modelgen.solvers.lanes import cores
 from modelgen.solvers.outcome import Outcome
 from modelgen.solvers.simulate import events_of
 

@@ -26,6 +26,7 @@ from modelgen.lowering.native import NoCompilerError, native_solver
 from modelgen.solvers.case import Case
 from modelgen.solvers.gather import Gather
 from modelgen.solvers.lanes import solve_lanes
+from modelgen.solvers.native_memory import watched_guards
 from modelgen.solvers.operating_point import operating_point
 from modelgen.solvers.outcome import Outcome
 from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Trajectory
@@ -50,8 +51,9 @@ def settled(case: Case) -> tuple[Case, dict[str, Any]]:
     if asked != "vm" and (rule == "smooth" or case.solver == "rk4"):
         switched = events_of(case)
         rhs = case.model.rhs_function if switched is None else switched.rhs_function
+        guards = watched_guards(None if switched is None else switched.switching)
         try:
-            width = _lanes(rhs, case.solver)
+            width = _lanes(rhs, guards, case.solver)
         except LoweringError:
             if asked == "c":
                 raise
@@ -60,12 +62,15 @@ def settled(case: Case) -> tuple[Case, dict[str, Any]]:
     return case.change(options={**options, "backend": "vm"}), {"solver": case.solver, "backend": "vm"}
 
 
-def _lanes(rhs: ca.Function, solver: str) -> int:
-    """How many runs are side by side in generated C. A compiler that somebody kills is asked again: it decides the engine."""
+def _lanes(rhs: ca.Function, guards: ca.Function | None, solver: str) -> int:
+    """How many runs are side by side in generated C: of the very solver that will run, so that none is built for this alone.
+
+    A compiler that somebody kills is asked again: it decides the engine.
+    """
     for _ in range(COMPILERS - 1):
         with contextlib.suppress(NoCompilerError):
-            return native_solver(rhs, lanes=True, method=solver).lanes
-    return native_solver(rhs, lanes=True, method=solver).lanes
+            return native_solver(rhs, lanes=True, method=solver, guards=guards).lanes
+    return native_solver(rhs, lanes=True, method=solver, guards=guards).lanes
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,6 +29,7 @@ from modelgen.analysis.sweep_shard import DamagedError, decode
 from modelgen.analysis.sweep_wire import BATCH, JOB, POINTS, READY, REFUSED, points_text, receive, send
 from modelgen.analysis.sweep_work import Work
 from modelgen.errors import CaseError
+from modelgen.solvers.lanes import cores
 
 Array = NDArray[np.float64]
 Accept = Callable[[bytes], None]
@@ -196,11 +197,6 @@ class Crew:
                 if batch is None:
                     return
                 each.give(batch, self.values)
-
-
-def cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def crew_options(workers: Any) -> int:

@@ -58,7 +58,7 @@ def solve_lanes(
     """
     if not problems:
         raise CaseError("lanes", "there are no problems", "give at least one")
-    count = _cores() if threads is None else threads
+    count = cores() if threads is None else threads
     if isinstance(count, bool) or not isinstance(count, int) or count < 1:
         raise CaseError("lanes, threads", f"is {threads!r}", "give a whole number from 1 up")
     watch = Watch(options)
@@ -77,6 +77,6 @@ def solve_lanes(
     return Lanes(trajectories, *extremes, memory.kept, low, high, means[:, 0], means[:, 1])
 
 
-def _cores() -> int:
+def cores() -> int:
     """Cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

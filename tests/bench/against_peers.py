@@ -298,8 +298,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="short runs, to see that everything works")
     parser.add_argument("--out", type=Path, default=Path("out/bench"))
+    parser.add_argument("--only", nargs="*", metavar="PART", help="single, sweep, smooth_single, gear_pair_single, diagram, scaling")
     options = parser.parse_args()
     quick, out = options.quick, options.out
+    wanted = options.only or ["single", "sweep", "smooth_single", "gear_pair_single", "diagram", "scaling"]
     logging.disable(logging.DEBUG)  # a peer turns on everybody's
     out.mkdir(parents=True, exist_ok=True)
     end, count = (0.05, 8) if quick else (2.0, 64)
@@ -325,6 +327,8 @@ def main() -> None:
         ("gear_pair_single", "gear pair, one trajectory", gear_pair(), [0.0], False, ("median",), 2 * end, False),
     ]
     for key, title, line, values, sweep, kinds, horizon, slow in questions:
+        if key not in wanted:
+            continue
         print(f"{title}, {horizon:g} s", flush=True)
         curves = question(line, horizon, values, sweep, quick, slow)
         for which in kinds:
@@ -332,8 +336,9 @@ def main() -> None:
             summary[name] = summary_of(curves, which)
             figure(curves, which, title, out / f"{name}.png")
         summary.setdefault("curves", {})[key] = [vars(curve) for curve in curves]
-    print("scaling", flush=True)
-    summary["scaling"] = scaling(quick)
+    if "scaling" in wanted:
+        print("scaling", flush=True)
+        summary["scaling"] = scaling(quick)
     summary["minutes"] = (time.perf_counter() - started) / 60
     text = json.dumps(summary, indent=2, default=float)
     (out / "summary.json").write_text(text + "\n", encoding="utf-8")

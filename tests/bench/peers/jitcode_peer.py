@@ -92,7 +92,8 @@ class JiTCODE:
         os.chdir(folder)  # setuptools would read the project file of the folder it is called in
         try:
             self.ode.compile_C(verbose=False, extra_compile_args=["-O3", "-march=native", "-ffast-math"])
-            self.module = self.ode.save_compiled(f"{folder}/truck.so", overwrite=True)
+            # the name must be another one for each model: an interpreter imports a name once
+            self.module = self.ode.save_compiled(f"{folder}/model_{os.path.basename(folder)}.so", overwrite=True)
         finally:
             os.chdir(here)
         self.pool = warm_pool()

@@ -132,9 +132,7 @@ def numbers_of(work: Workload):
     torque_series = (*work.torque_series, nothing, nothing)[:2]  # the loop below is unrolled for two bases
     assert len(work.torque_series) <= 2
     tables = tuple(np.hstack([series.cosine, series.sine]) for _, series in torque_series)
-    mesh_tables = np.array([np.hstack([series.cosine, series.sine]) for series in work.mesh_series]).reshape(
-        len(work.meshes), 3, -1
-    )
+    mesh_tables = np.array([np.hstack([series.cosine, series.sine]) for series in work.mesh_series] or np.zeros((0, 3, 2)))
     return (
         work.inertia,
         work.torque_mean,

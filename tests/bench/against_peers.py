@@ -298,7 +298,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="short runs, to see that everything works")
     parser.add_argument("--out", type=Path, default=Path("out/bench"))
-    parser.add_argument("--only", nargs="*", metavar="PART", help="single, sweep, smooth_single, gear_pair_single, diagram, scaling")
+    parser.add_argument("--only", nargs="*", metavar="PART", help="single, sweep, smooth_single, ... scaling")
     options = parser.parse_args()
     quick, out = options.quick, options.out
     wanted = options.only or ["single", "sweep", "smooth_single", "gear_pair_single", "diagram", "scaling"]

@@ -7,6 +7,8 @@ parameter stage. What is used once and only in sums is expanded; what is used mo
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import casadi as ca
 
 from modelgen.lowering.native.graph import Graph, Level, Node
@@ -115,10 +117,10 @@ class _Collection:
         return total
 
 
-def live(graph: Graph) -> list[int]:
-    """The values that the outputs need, in their order."""
+def live(graph: Graph, more: Iterable[int] = ()) -> list[int]:
+    """The values that the outputs (and some more) need, in their order."""
     found: set[int] = set()
-    waiting = list(graph.outputs)
+    waiting = [*graph.outputs, *more]
     while waiting:
         index = waiting.pop()
         if index not in found:

@@ -1,21 +1,5 @@
 /* The state within a step, and where outputs and channels are taken from it. Output times never limit a step. */
 
-#ifdef SINGLE
-#define SLOT_LANE(slot) 0
-#else
-#define SLOT_LANE(slot) (slot)
-#endif
-
-/* A value of one lane in all slots; lane < 0: each slot is a lane. One trajectory fills its slots with times instead. */
-INLINE V spread(const S *a, int lane) {
-#ifdef SINGLE
-  (void)lane;
-  return v_all(*a);
-#else
-  return lane < 0 ? *a : v_all(get(a, lane));
-#endif
-}
-
 /* State (from x0) and, with v, rate at fractions theta of the step that was tried last, of one lane or of all. */
 static void dense(Work *k, int lane, V theta, V *y, V *v) {
   V value[TERMS + 2], rate[TERMS + 2];

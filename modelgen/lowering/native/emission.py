@@ -7,6 +7,7 @@ stand in ``scalar.h`` and ``lanes.h``. No name of the model reaches the text: on
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import casadi as ca
 
@@ -19,12 +20,17 @@ class StagePrinter:
     """Prints the values of one stage. ``prefix``: "s_" or "v_"; ``kind``: the C type of a value.
 
     Values of earlier stages are read by C(i) (parameters) and W(i) (time), macros around it. ``times``: for how many times
-    the stage is computed side by side, value by value, so that a coefficient is loaded once for all of them.
+    the stage is computed side by side, value by value, so that a coefficient is loaded once for all of them. ``waves``: values
+    of the stage that stand in the array b already. ``time``, ``clock``: names of the time, and of a frequency's sine and cosine.
     """
 
-    def __init__(self, stages: Stages, prefix: str, kind: str, level: Level, times: int = 1) -> None:
+    def __init__(
+        self, stages: Stages, prefix: str, kind: str, level: Level, times: int = 1,
+        waves: Sequence[int] = (), time: str = "t", clock: str = "clock",
+    ) -> None:  # fmt: skip
         self.stages, self.prefix, self.kind, self.level = stages, prefix, kind, level
-        self.times, self.now = times, 0
+        self.times, self.now, self.time, self.clock = times, 0, time, clock
+        self.wave_slots = {value: slot for slot, value in enumerate(waves)}
         self.parameter_slots = {value: slot for slot, value in enumerate(stages.parameter_values)}
         self.time_slots = {value: slot for slot, value in enumerate(stages.time_values)}
 
@@ -46,7 +52,8 @@ class StagePrinter:
                 if (frequency, self.now) not in clocks:
                     clocks[frequency, self.now] = name
                     lines.append(f"  {self.kind} sine_{name}, cosine_{name};")
-                    lines.append(f"  {self.prefix}clock({self.number(frequency)}, {self._time()}, &sine_{name}, &cosine_{name});")
+                    clock = f"{self.prefix}{self.clock}({self.number(frequency)}, {self._time()}"
+                    lines.append(f"  {clock}, &sine_{name}, &cosine_{name});")
                 part = "sine" if node.operation == ca.OP_SIN else "cosine"
                 lines.append(f"  const {self.kind} {name} = {part}_{clocks[frequency, self.now]};")
         return lines
@@ -64,7 +71,7 @@ class StagePrinter:
         return f"a{index}_{self.now}" if self.times > 1 else f"a{index}"
 
     def _time(self) -> str:
-        return f"t[{self.now}]" if self.times > 1 else "t"
+        return f"t[{self.now}]" if self.times > 1 else self.time
 
     def number(self, index: int) -> str:
         """A value as a number; a mask counts as 1 or 0."""
@@ -86,6 +93,8 @@ class StagePrinter:
         node = self.stages.nodes[index]
         if node.operation == "constant":
             return f"{self.prefix}all({literal(node.value)})"
+        if index in self.wave_slots:
+            return f"b[{self.wave_slots[index] * self.times + self.now}]"
         if not self._is_own(node):
             return f"C({self.parameter_slots[index]})" if node.level is Level.PARAMETER else f"W({self.time_slots[index]})"
         if isinstance(node.operation, str):

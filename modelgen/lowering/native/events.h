@@ -9,6 +9,7 @@ static const double QUICK = 1e-10; /* part of the horizon: events that follow ea
 static void set_parameters(const Task *task, Work *k, int lane) {
   parameter_stage(k->p[lane], k->one_c);
   for (int i = 0; i < NC; ++i) put(&k->c[i], lane, k->one_c[i]);
+  close_windows(k, lane);
   const Observer *observers[] = {&task->guards, &task->channels};
   V *columns[] = {k->guard_c, k->channel_c};
   for (int each = 0; each < 2; ++each) {

@@ -9,22 +9,23 @@ from modelgen.lowering.native.emission import StagePrinter
 from modelgen.lowering.native.graph import Level
 from modelgen.lowering.native.looped import arranged, stage_function
 from modelgen.lowering.native.stages import Stages
+from modelgen.lowering.native.windows import window_functions
 
 
 def stage_functions(stages: Stages, state_prefix: str, times: int = 4) -> str:
-    """The three stages as static C functions, and their sizes as macros.
+    """The stages as static C functions, and their sizes as macros.
 
-    ``parameter_stage(p, c)`` on doubles; ``time_stage(c, t, w)`` for so many new times of a step; ``state_stage(c, w, x, k)``
-    with k = dx/dt; ``guard_stage(c, w, x, v, out)`` with the guards and their rates, which are the outputs behind k. Where one
-    trajectory runs (``state_prefix`` "s_"), the times are the lanes of one V.
+    ``parameter_stage(p, c)`` on doubles; ``time_stage(c, t, b, w)`` for so many new times of a step, with the waves in b;
+    ``state_stage(c, w, x, k)`` with k = dx/dt; ``guard_stage(c, w, x, v, out)`` with the guards and their rates, which are the
+    outputs behind k. Where one trajectory runs (``state_prefix`` "s_"), the times are the lanes of one V.
     """
     stages, lanes = arranged(stages), state_prefix == "v_"
     kind, t = ("V", "const V *t") if lanes else ("double", "V t")
     sizes = {"NX": stages.sizes[0], "NP": stages.sizes[1], "NC": len(stages.parameter_values), "NW": len(stages.time_values)}
     parameter = StagePrinter(stages, "s_", "double", Level.PARAMETER)
-    time = StagePrinter(stages, "v_", "V", Level.TIME, times=times if lanes else 1)
+    time = StagePrinter(stages, "v_", "V", Level.TIME, times=times if lanes else 1, waves=stages.wave_values)
     state = StagePrinter(stages, state_prefix, kind, Level.STATE)
-    of_time, of_state = f"const S *c, {t}, V *w", "const S *c, const TIME_VALUE *w, const S *x, S *k"
+    of_time, of_state = f"const S *c, {t}, const V *b, V *w", "const S *c, const TIME_VALUE *w, const S *x, S *k"
     of_guards = "const S *c, const TIME_VALUE *w, const S *x, const S *v, S *out"
     rates, guards = stages.outputs[: sizes["NX"]], stages.outputs[sizes["NX"] :]
     lines = [
@@ -34,6 +35,7 @@ def stage_functions(stages: Stages, state_prefix: str, times: int = 4) -> str:
         ),
         "#define C(i) TIME_PARAMETER(c[i])",
         *stage_function(time, "time_stage", of_time, stages.time, stages.time_values, "w"),
+        *window_functions(stages),
         *("#undef C", "#define C(i) c[i]", "#define W(i) w[(i) * TIME_STRIDE]"),
         *stage_function(state, "state_stage", of_state, stages.state_for(rates), rates, "k"),
         *stage_function(state, "guard_stage", of_guards, stages.state_for(guards), guards, "out"),

@@ -104,3 +104,9 @@ INLINE void v_clock(V frequency, V t, V *sine, V *cosine) {
   V angle = frequency * t;
   v_sine_cosine(angle, v_fma(frequency, t, -angle), sine, cosine);
 }
+
+/* The same at t + rest, where |rest| is of the order of the rounding of t. */
+INLINE void v_clock_between(V frequency, V t, V rest, V *sine, V *cosine) {
+  V angle = frequency * t;
+  v_sine_cosine(angle, v_fma(frequency, t, -angle) + frequency * rest, sine, cosine);
+}

@@ -27,10 +27,10 @@ from modelgen.lowering.native.task import Log, Observer, Task
 from modelgen.lowering.tableau import FOLDER
 
 _HERE = Path(__file__).parent
-_HEADERS = ("scalar.h", "lanes.h", "task.h", "dense.h", "guards.h", "events.h", "march.h", "solver.h")
+_HEADERS = ("scalar.h", "lanes.h", "task.h", "times.h", "dense.h", "guards.h", "events.h", "march.h", "solver.h")
 _GENERATOR = (
-    *("operations.py", "graph.py", "collection.py", "stages.py", "emission.py", "statements.py", "looped.py", "functions.py"),
-    *("steps.py", "library.py", *_HEADERS),
+    *("operations.py", "graph.py", "collection.py", "waves.py", "stages.py", "emission.py", "statements.py", "looped.py"),
+    *("windows.py", "functions.py", "steps.py", "library.py", *_HEADERS),
 )
 _ALIGNMENT = 64
 _DOUBLES = ctypes.POINTER(ctypes.c_double)
@@ -52,7 +52,7 @@ class NativeSolver:
             ("start", None, [task, work]),
             ("run", ctypes.c_int64, [task, work, log, ctypes.c_int64]),
             ("job", ctypes.c_int64, [work, ctypes.c_int64]),
-            ("rates", None, [work, ctypes.c_double, _DOUBLES, _DOUBLES, _DOUBLES]),
+            ("rates", None, [work, ctypes.c_int64, ctypes.c_double, *[_DOUBLES] * 4]),
         ):
             function = getattr(library, f"modelgen_{name}")
             function.restype, function.argtypes = result, arguments
@@ -78,16 +78,21 @@ class NativeSolver:
         """The jobs that a worker is at, lane by lane; -1 where a lane is idle."""
         return [int(self._library.modelgen_job(work.ctypes.data, lane)) for lane in range(self.lanes)]
 
-    def rates(self, t: float, x: Any, p: Any) -> np.ndarray:
-        """dx/dt at one place, from the same stages that the solver uses."""
+    def rates(self, t: Any, x: Any, p: Any, step: float = 0.0) -> np.ndarray:
+        """dx/dt (nx) at one place, from the same stages that the solver uses; for times t (n) in order: (n, nx).
+
+        ``step`` > 0: as at the start of steps so long, so that waves are read off polynomials where the solver would do so.
+        """
+        times = np.atleast_1d(np.ascontiguousarray(t, dtype=float))
         x, p = np.ascontiguousarray(x, dtype=float), np.ascontiguousarray(p, dtype=float)
         if x.shape != (self.states,) or p.shape != (self.parameters,):
             raise LoweringError(
                 "native code", f"x and p have shapes {x.shape} and {p.shape}", f"wanted ({self.states},), ({self.parameters},)"
             )
-        found, work = np.zeros(self.states), self.workspace(Task())
-        self._library.modelgen_rates(work.ctypes.data, t, *(each.ctypes.data_as(_DOUBLES) for each in (x, p, found)))
-        return found
+        found, work = np.zeros((times.size, self.states)), self.workspace(Task())
+        rows = (each.ctypes.data_as(_DOUBLES) for each in (times, x, p, found))
+        self._library.modelgen_rates(work.ctypes.data, times.size, step, *rows)
+        return found if np.ndim(t) else found[0]
 
 
 class NativeObserver:
@@ -109,10 +114,11 @@ class NativeObserver:
 def source(function: ca.Function, lanes: bool, method: str = "rk4", guards: ca.Function | None = None) -> str:
     """The whole C text of a native solver: for one trajectory, or for lanes. Raises LoweringError for an operation without C."""
     surfaces = 0 if guards is None else int(guards.numel_out(0)) // 2
-    stages, (chosen, middle) = Stages.of(function if guards is None else _together(function, guards)), method_named(method)
+    chosen, middle = method_named(method)
+    stages = Stages.of(function if guards is None else _together(function, guards), with_waves=True)
     printed = stage_functions(stages, "v_" if lanes else "s_", times=bundle(chosen, middle, surfaces > 0))
     texts = [_head(lanes), step_sizes(chosen, middle, surfaces), _text("task.h").replace('#include "stages.h"\n', printed)]
-    texts += [step_functions(chosen, middle, surfaces > 0), *(_text(name) for name in _HEADERS[3:])]
+    texts += [_text("times.h"), step_functions(chosen, middle, surfaces > 0), *(_text(name) for name in _HEADERS[4:])]
     return "\n".join(texts)
 
 

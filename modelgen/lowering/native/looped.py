@@ -47,7 +47,8 @@ def stage_function(
 def arranged(stages: Stages) -> Stages:
     """The same stages with what they hand over in the order in which loops take it, so that most places need no table."""
     order: dict[int, None] = {}
-    for values, results in ((stages.time, stages.time_values), (stages.state, stages.outputs)):
+    waves = [(group.values, group.results) for group in stages.waves]
+    for values, results in (*waves, (stages.time, stages.time_values), (stages.state, stages.outputs)):
         if len(values) >= LARGE:
             for run in scheduled(statements_of(stages, values, results)):
                 for column in zip(*(statement.leaves for statement in run), strict=True):
@@ -64,7 +65,9 @@ class _Loops(StagePrinter):
     """One stage in loops: i counts statements, now counts times; what statements keep for others stands in the array kept."""
 
     def __init__(self, like: StagePrinter, name: str, target: str, runs: list[list[Statement]]) -> None:
-        super().__init__(like.stages, like.prefix, like.kind, like.level, like.times)
+        super().__init__(
+            like.stages, like.prefix, like.kind, like.level, like.times, tuple(like.wave_slots), like.time, like.clock
+        )
         self.name, self.target, self.runs = name, target, runs
         kept = (value for run in runs for statement in run for value in statement.kept)
         self.places = {value: place for place, value in enumerate(kept)}
@@ -111,7 +114,7 @@ class _Loops(StagePrinter):
             lines.append(f"{self.target}[{rows}{' + now' if self.times > 1 else ''}] = {given};")
         elif first.is_clock:
             ends = (self._index([self.places[statement.kept[end]] for statement in loop]) for end in (0, 1))
-            lines.append(f"{self.prefix}clock({given}, {self._time()}, {', '.join(f'&kept[{end}]' for end in ends)});")
+            lines.append(f"{self.prefix}{self.clock}({given}, {self._time()}, {', '.join(f'&kept[{end}]' for end in ends)});")
         else:
             lines.append(f"kept[{self._index([self.places[statement.kept[0]] for statement in loop])}] = {given};")
         head = [f"for (int i = 0; i < {len(loop)}; ++i) {{"] if len(loop) > 1 else ["{"] if first.inner else []
@@ -126,6 +129,8 @@ class _Loops(StagePrinter):
         if node.operation == "constant":
             numbers = tuple(literal(nodes[each].value) for each in alike)
             return f"{self.prefix}all({numbers[0] if len(set(numbers)) == 1 else self._table('double', numbers) + '[i]'})"
+        if alike[0] in self.wave_slots:
+            return f"b[{self._index([self.wave_slots[each] * self.times for each in alike])}{' + now' if self.times > 1 else ''}]"
         if node.level is not self.level:
             slots, name = (self.parameter_slots, "C") if node.level is Level.PARAMETER else (self.time_slots, "W")
             return f"{name}({self._index([slots[each] for each in alike])})"
@@ -150,7 +155,7 @@ class _Loops(StagePrinter):
         return self.tables.setdefault((kind, row), f"{self.name}_{kind}s_{len(self.tables)}")
 
     def _time(self) -> str:
-        return "t[now]" if self.times > 1 else "t"
+        return "t[now]" if self.times > 1 else self.time
 
     def _read(self, index: int) -> str:
         return self.texts[index]

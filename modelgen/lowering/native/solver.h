@@ -260,12 +260,16 @@ void modelgen_start(const Task *task, Work *k) {
 /* The job that a lane works on, or -1. */
 int64_t modelgen_job(const Work *k, int64_t lane) { return lane >= 0 && lane < LANES ? k->job[lane] : -1; }
 
-/* The rates at one place, for checks: every lane computes the same; lane 0 is given back. */
-void modelgen_rates(Work *k, double t, const double *x, const double *p, double *rates) {
+/* The rates at some times and one place, for checks; step > 0: as at the start of such steps. Every lane computes the same. */
+void modelgen_rates(Work *k, int64_t count, double step, const double *t, const double *x, const double *p, double *rates) {
   parameter_stage(p, k->one_c);
   for (int i = 0; i < NC; ++i) k->c[i] = S_(all)(k->one_c[i]);
   for (int i = 0; i < NX; ++i) k->x[i] = S_(all)(x[i]);
-  time_at(k, S_(all)(t));
-  state_stage(k->c, W_AT(k, 0), k->x, k->base);
-  for (int i = 0; i < NX; ++i) rates[i] = get(&k->base[i], 0);
+  for (int lane = 0; lane < LANES; ++lane) close_windows(k, lane), k->job[lane] = 0;
+  for (int64_t n = 0; n < count; ++n) {
+    k->time = S_(all)(t[n]), k->step = S_(all)(step);
+    stage_times(k, k->time, S_(all)(0.0), FRACTIONS, 1, 0, step > 0);
+    state_stage(k->c, W_AT(k, 0), k->x, k->base);
+    for (int i = 0; i < NX; ++i) rates[n * NX + i] = get(&k->base[i], 0);
+  }
 }

@@ -217,7 +217,7 @@ class _StepPrinter:
         lines = ["/* Slopes that only the dense output needs. */", "static void dense_stages(Work *k) {"]
         lines += ["  if (k->dense_ready) return;", "  k->dense_ready = 1;"]
         if self.method.extra_c:
-            lines += ["  const S h = k->step;", "  stage_times(k, k->time, h, LATE_FRACTIONS, EXTRA, LATE);"]
+            lines += ["  const S h = k->step;", "  stage_times(k, k->time, h, LATE_FRACTIONS, EXTRA, LATE, 1);"]
         for j, row in enumerate(self.method.extra_a):
             terms = [(slot, weight) for slot, weight in enumerate(row) if weight]
             constants = "".join(f" const S a{slot} = h * {_number(weight)};" for slot, weight in terms)

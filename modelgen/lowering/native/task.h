@@ -14,6 +14,8 @@ INLINE double s_larger(double a, double b) { return a > b ? a : b; } /* b where 
 #define TIME_VALUE double
 #define TIME_STRIDE BUNDLE
 #define TIME_PARAMETER(a) v_all(a)
+#define SIDE_BY_SIDE 1 /* values of a time that are computed together, a V each */
+#define TIMES_OF(at) (at)[0]
 #else
 #define LANES WIDTH
 typedef V S;
@@ -25,6 +27,8 @@ typedef v_mask S_MASK;
 #define TIME_VALUE V
 #define TIME_STRIDE BUNDLE
 #define TIME_PARAMETER(a) (a)
+#define SIDE_BY_SIDE BUNDLE
+#define TIMES_OF(at) (at)
 #endif
 #include "stages.h"
 
@@ -94,6 +98,8 @@ typedef struct {
   S measure[MEASURES][FOURS]; /* zeros behind */
 #endif
   V w[(BUNDLES + EXTRA_BUNDLES) * BUNDLE * NW + 1];
+  S window[WAVES + 1][COEFFICIENTS], window_center[GROUPS + 1], window_scale[GROUPS + 1]; /* see times.h */
+  double window_begin[GROUPS + 1][LANES], window_end[GROUPS + 1][LANES];
   S_MASK suspects;
   S fresh; /* not 0: the lane has just started, and its guards may have other signs than their values */
   S time, step, accepted, recording; /* as lanes see them */
@@ -169,29 +175,18 @@ static int64_t lay_out(const Task *task, char *memory, Work *k) {
   return used;
 }
 
-/* Values of the time stage for the n-th new time of a step; times that only the dense output needs begin at LATE. */
-#define W_AT(k, n) ((const TIME_VALUE *)(k)->w + (n) / BUNDLE * BUNDLE * NW + (n) % BUNDLE)
-enum { LATE = BUNDLES * BUNDLE };
-
-/* The time stage at fractions of a step, put down from place on (a multiple of BUNDLE). */
-static void stage_times(Work *k, S t, S h, const double *fraction, int times, int place) {
-#if NW
-  for (int first = 0; first < times; first += BUNDLE) {
 #ifdef SINGLE
-    V at = v_all(t + h);
-    for (int n = 0; n < BUNDLE && first + n < times; ++n) at[n] = t + fraction[first + n] * h;
-    time_stage(k->c, at, k->w + (place + first) / BUNDLE * NW);
+#define SLOT_LANE(slot) 0
 #else
-    V at[BUNDLE];
-    for (int n = 0; n < BUNDLE; ++n) at[n] = first + n < times ? t + fraction[first + n] * h : t + h;
-    time_stage(k->c, at, k->w + (place + first) * NW);
+#define SLOT_LANE(slot) (slot)
 #endif
-  }
+
+/* A value of one lane in all slots; lane < 0: each slot is a lane. One trajectory fills its slots with times instead. */
+INLINE V spread(const S *a, int lane) {
+#ifdef SINGLE
+  (void)lane;
+  return v_all(*a);
 #else
-  (void)k, (void)t, (void)h, (void)fraction, (void)times, (void)place;
+  return lane < 0 ? *a : v_all(get(a, lane));
 #endif
 }
-
-/* At all times of a step, and at one time (then W_AT(k, 0) holds it). */
-static void times_at(Work *k, S t, S h) { stage_times(k, t, h, FRACTIONS, TIMES, 0); }
-static void time_at(Work *k, S t) { stage_times(k, t, S_(all)(0.0), FRACTIONS, 1, 0); }

@@ -46,7 +46,7 @@ void rates(double t, const double *x, const double *p, double *k) {
   parameter_stage(p, first);
   for (int i = 0; i < NC; ++i) c[i] = first[i] - (S){0};
   for (int i = 0; i < NX; ++i) now[i] = x[i] - (S){0};
-  time_stage(c, %s, w);
+  time_stage(c, %s, (const V *)0, w);
   state_stage(c, (const TIME_VALUE *)w + 2, now, rate);
   for (int i = 0; i < NX; ++i) k[i] = LANE_0(rate[i]);
 }

@@ -58,10 +58,12 @@ class StagePrinter:
                 lines.append(f"  const {self.kind} {name} = {part}_{clocks[frequency, self.now]};")
         return lines
 
-    def results(self, values: tuple[int, ...], target: str) -> list[str]:
-        """What the stage hands on, written to an array: times side by side."""
+    def results(self, values: Sequence[int | None], target: str) -> list[str]:
+        """What the stage hands on, written to an array: times side by side. None: a place that is left as it is."""
         lines = []
         for slot, value in enumerate(values):
+            if value is None:
+                continue
             for now in range(self.times):
                 self.now = now
                 lines.append(f"  {target}[{slot * self.times + self.now}] = {self.number(value)};")

@@ -5,6 +5,10 @@ Part of the compiler, on ``emission`` and ``looped``, below ``library``, which p
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from modelgen.lowering.native import looped
+from modelgen.lowering.native.doubled_step import Kinds
 from modelgen.lowering.native.emission import StagePrinter
 from modelgen.lowering.native.graph import Level
 from modelgen.lowering.native.looped import arranged, stage_function
@@ -16,8 +20,9 @@ def stage_functions(stages: Stages, state_prefix: str, times: int = 4) -> str:
     """The stages as static C functions, and their sizes as macros.
 
     ``parameter_stage(p, c)`` on doubles; ``time_stage(c, t, b, w)`` for so many new times of a step, with the waves in b;
-    ``state_stage(c, w, x, k)`` with k = dx/dt; ``guard_stage(c, w, x, v, out)`` with the guards and their rates, which are the
-    outputs behind k. Where one trajectory runs (``state_prefix`` "s_"), the times are the lanes of one V.
+    ``state_stage(c, w, x, k)`` with k = dx/dt, and ``force_stage``, but for the rates of angles; ``guard_stage(c, w, x, v, out)``
+    with the guards and their rates, which are the outputs behind k. Where one trajectory runs (``state_prefix`` "s_"), the times
+    are the lanes of one V.
     """
     stages, lanes = arranged(stages), state_prefix == "v_"
     kind, t = ("V", "const V *t") if lanes else ("double", "V t")
@@ -38,9 +43,26 @@ def stage_functions(stages: Stages, state_prefix: str, times: int = 4) -> str:
         *window_functions(stages),
         *("#undef C", "#define C(i) c[i]", "#define W(i) w[(i) * TIME_STRIDE]"),
         *stage_function(state, "state_stage", of_state, stages.state_for(rates), rates, "k"),
+        *_force_stage(state, stages, rates, of_state),
         *stage_function(state, "guard_stage", of_guards, stages.state_for(guards), guards, "out"),
     ]
     return "\n".join([*lines, ""])
+
+
+def kinds_of(stages: Stages) -> Kinds:
+    """Which states are angles: those whose rate is a state as it stands."""
+    rates = [stages.nodes[rate] for rate in stages.outputs[: stages.sizes[0]]]
+    return Kinds.of([int(rate.value) if rate.operation == "x" else None for rate in rates])
+
+
+def _force_stage(state: StagePrinter, stages: Stages, rates: Sequence[int], arguments: str) -> list[str]:
+    """The state stage without the rates of angles; where it is printed in loops, the whole one."""
+    angles, values = set(kinds_of(stages).angles), stages.state_for(rates)
+    if not angles or len(values) >= looped.LARGE:
+        return ["#define force_stage state_stage"]
+    others = [None if index in angles else rate for index, rate in enumerate(rates)]
+    lines = [*state.lines(values), *state.results(others, "k")]
+    return [f"static __attribute__((noinline, unused)) void force_stage({arguments}) {{", "  (void)c, (void)w;", *lines, "}"]
 
 
 def observer_functions(stages: Stages) -> str:

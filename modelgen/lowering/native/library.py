@@ -20,7 +20,7 @@ from modelgen.errors import LoweringError
 from modelgen.lowering import tableau
 from modelgen.lowering.native.cache import library_for
 from modelgen.lowering.native.compiler import find_compiler
-from modelgen.lowering.native.functions import observer_functions, stage_functions
+from modelgen.lowering.native.functions import kinds_of, observer_functions, stage_functions
 from modelgen.lowering.native.stages import Stages
 from modelgen.lowering.native.steps import bundle, method_named, step_functions, step_sizes
 from modelgen.lowering.native.task import Log, Observer, Task
@@ -30,7 +30,7 @@ _HERE = Path(__file__).parent
 _HEADERS = ("scalar.h", "lanes.h", "task.h", "times.h", "dense.h", "guards.h", "events.h", "march.h", "solver.h")
 _GENERATOR = (
     *("operations.py", "graph.py", "collection.py", "waves.py", "stages.py", "emission.py", "statements.py", "looped.py"),
-    *("windows.py", "functions.py", "steps.py", "library.py", *_HEADERS),
+    *("windows.py", "functions.py", "doubled_step.py", "steps.py", "library.py", *_HEADERS),
 )
 _ALIGNMENT = 64
 _DOUBLES = ctypes.POINTER(ctypes.c_double)
@@ -118,7 +118,8 @@ def source(function: ca.Function, lanes: bool, method: str = "rk4", guards: ca.F
     stages = Stages.of(function if guards is None else _together(function, guards), with_waves=True)
     printed = stage_functions(stages, "v_" if lanes else "s_", times=bundle(chosen, middle, surfaces > 0))
     texts = [_head(lanes), step_sizes(chosen, middle, surfaces), _text("task.h").replace('#include "stages.h"\n', printed)]
-    texts += [_text("times.h"), step_functions(chosen, middle, surfaces > 0), *(_text(name) for name in _HEADERS[4:])]
+    texts += [_text("times.h"), step_functions(chosen, middle, kinds_of(stages), surfaces > 0)]
+    texts += [_text(name) for name in _HEADERS[4:]]
     return "\n".join(texts)
 
 

@@ -2,8 +2,8 @@
 
 Part of the compiler, between ``lowering.tableau`` and ``march.h``. Printed are the loops over the states around ``state_stage``:
 the argument of a stage is built on that earlier argument from which it differs in the fewest terms, stages at equal times share
-the time stage, and the slope at the end is the next step's at its start. A doubled method adds Richardson's term at run time and
-has the quintic through start, middle and end as its dense output.
+the time stage, and the slope at the end is the next step's at its start. A doubled method adds Richardson's term at run time, has
+the quintic through start, middle and end as its dense output, and a step of its own: ``doubled_step``.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
+from modelgen.lowering.native.doubled_step import DoubledStep, Kinds
 from modelgen.lowering.tableau import QUINTIC, Tableau, doubled, read_tableau
 
 DOUBLED = frozenset({"rk4"})  # methods that measure their error by step doubling
@@ -26,9 +27,13 @@ def method_named(name: str) -> tuple[Tableau, int | None]:
     return (doubled(tableau, extrapolate=False), 2 * tableau.stages - 1) if name in DOUBLED else (tableau, None)
 
 
-def step_functions(method: Tableau, middle: int | None, guarded: bool = False) -> str:
-    """C text: ``times_at``, ``try_step``, ``dense_stages``, ``middle_node`` and ``dense_weights`` of a method."""
-    return "\n".join(_StepPrinter(method, middle, guarded).lines()) + "\n"
+def step_functions(method: Tableau, middle: int | None, kinds: Kinds, guarded: bool = False) -> str:
+    """C text: ``try_step``, ``dense_stages``, ``middle_node`` and ``dense_weights`` of a method for states of some kinds."""
+    printer = _StepPrinter(method, middle, guarded)
+    if middle is None:
+        return "\n".join([*printer.step(), *printer.lines()]) + "\n"
+    time_of = {index: printer.times.index(node) for index, node in enumerate(method.c) if node}
+    return "\n".join([*DoubledStep(method, middle, kinds, time_of).lines(), *printer.lines()]) + "\n"
 
 
 def bundle(method: Tableau, middle: int | None, guarded: bool = False) -> int:
@@ -42,13 +47,13 @@ def step_sizes(method: Tableau, middle: int | None, surfaces: int = 0) -> str:
     printer = _StepPrinter(method, middle, surfaces > 0)
     times, width, s = len(printer.times), bundle(method, middle, surfaces > 0), method.stages
     sizes = {
-        "SLOTS": printer.slots,
-        "END": printer.places[s],
+        "SLOTS": len(method.nodes) if middle is None else (middle + 1) // 2 + 2,
+        "END": s if middle is None else (middle + 1) // 2 + 1,
         "EVALUATED": s,
         "EXTRA": len(method.extra_c),
-        "GAINS": printer.gains,
+        "GAINS": len(printer.stored) if middle is None else 2,
         "MEASURES": len(method.errors) + 2,
-        "MIDDLE": printer.places[middle or 0],
+        "MIDDLE": ((middle or 0) + 1) // 2,
         "EXPONENT": f"(1.0 / {method.control})",
         "NODES": int(middle is not None),
         "SURFACES": surfaces,
@@ -64,7 +69,7 @@ def step_sizes(method: Tableau, middle: int | None, surfaces: int = 0) -> str:
 
 
 class _StepPrinter:
-    """Prints a step. Where the dense output needs only a few slopes, the others share one place and are added up as they come."""
+    """Prints a step, its dense output and what guards need of it."""
 
     def __init__(self, method: Tableau, middle: int | None, guarded: bool = False) -> None:
         self.method, self.middle = method, middle
@@ -75,20 +80,8 @@ class _StepPrinter:
         # Row -> the earlier row that it is built on; rows that others are built on are stored as gains.
         self.base = {index: self._best_base(self.rows[index], range(1, index)) for index in range(1, s + 1)}
         self.base_of_error = [self._best_base(row, range(1, s if self.late else s + 1)) for row in method.errors]
-        used = {*self.base.values(), *self.base_of_error, middle} - {None, s}
+        used = {*self.base.values(), *self.base_of_error} - {None, s}
         self.stored = {row: slot for slot, row in enumerate(sorted(row for row in used if row is not None))}
-        self.running: dict[str, tuple[int, list[Fraction]]] = {}  # sums that grow with every stage: their gain and row
-        self.places = {index: index for index in range(len(method.nodes))}
-        if middle is not None:
-            self._share_places(middle)
-
-    def _share_places(self, middle: int) -> None:
-        s = self.method.stages
-        parts = {f"stage{row}": (slot, self._rest(self.rows[row], self.base[row])) for row, slot in self.stored.items()}
-        parts["gain"] = (len(parts), self._rest(self.rows[s], self.base[s]))
-        parts["error0"] = (len(parts), self._rest(self.method.errors[0], self.base_of_error[0]))
-        self.running = parts
-        self.places = dict.fromkeys(range(s), 2) | {0: 0, middle: 1, s: 3}
 
     def _best_base(self, row: Row, earlier: Iterable[int]) -> int | None:
         best, cost = None, _terms(row)
@@ -100,19 +93,8 @@ class _StepPrinter:
     def _rest(self, row: Row, base: int | None) -> list[Fraction]:
         return list(row) if base is None else _minus(row, self.rows[base])
 
-    @property
-    def slots(self) -> int:
-        return max(self.places.values()) + 1
-
-    @property
-    def gains(self) -> int:
-        return len(self.running) or len(self.stored)
-
     def lines(self) -> list[str]:
-        return [*self._step(), *self._dense_stages(), *self._middle_node(), *self._dense_weights()]
-
-    def _slope(self, stage: int) -> str:
-        return f"k->now.k[{self.places[stage]}][i]"
+        return [*self._dense_stages(), *self._middle_node(), *self._dense_weights()]
 
     def _sum(self, row: Row, base: int | None, name: str) -> tuple[str, str]:
         """Constants of a sum of slopes, and the sum for state i."""
@@ -120,40 +102,22 @@ class _StepPrinter:
         stages = [stage for stage, weight in enumerate(rest) if weight]
         constants = "".join(f" const S {name}{stage} = h * {_number(rest[stage])};" for stage in stages)
         known = [] if base is None else ["gain" if base == self.method.stages else f"k->gain[{self.stored[base]}][i]"]
-        return constants, " + ".join(known + [f"{name}{stage} * {self._slope(stage)}" for stage in stages])
-
-    def _grown(self, stage: int) -> tuple[str, str]:
-        """Constants and statements that add the slope of a stage to the running sums."""
-        constants, statements = "", ""
-        for name, (slot, row) in self.running.items():
-            new = [n for n in range(1, stage + 1) if row[n]]
-            if not row[stage] or stage == 0:
-                continue
-            stages = [0, stage] if new == [stage] and row[0] else [stage]  # the slope at the start joins the first that comes
-            constants += "".join(f" const S {name}_{n} = h * {_number(row[n])};" for n in stages)
-            terms = [f"{name}_{n} * {self._slope(n)}" for n in stages]
-            known = [f"k->gain[{slot}][i]"] if new != [stage] else []
-            statements += f"k->gain[{slot}][i] = {' + '.join(known + terms)}; "
-        return constants, statements
+        return constants, " + ".join(known + [f"{name}{stage} * k->now.k[{stage}][i]" for stage in stages])
 
     def _stage(self, index: int) -> list[str]:
         slot = self.stored.get(index)
         constants, total = self._sum(self.rows[index], self.base[index], "a")
-        more, grown = self._grown(index - 1)
-        if slot is not None and self.running:
-            constants, body = more, f"{grown}k->x[i] = k->base[i] + k->gain[{slot}][i];"
-        elif slot is not None:
-            body = f"k->gain[{slot}][i] = {total}; k->x[i] = k->base[i] + k->gain[{slot}][i];"
-        else:
-            constants, body = constants + more, f"{grown}k->x[i] = k->base[i] + ({total});"
+        gain = "" if slot is None else f"k->gain[{slot}][i] = {total}; "
+        body = f"{gain}k->x[i] = k->base[i] + ({total if slot is None else f'k->gain[{slot}][i]'});"
         assert self.method.c[index], "a stage at the start of the step"
         return [
             f"  {{{constants}",
             f"    for (int i = 0; i < NX; ++i) {{ {body} }} }}",
-            f"  state_stage(k->c, W_AT(k, {self.times.index(self.method.c[index])}), k->x, k->now.k[{self.places[index]}]);",
+            f"  state_stage(k->c, W_AT(k, {self.times.index(self.method.c[index])}), k->x, k->now.k[{index}]);",
         ]
 
-    def _step(self) -> list[str]:
+    def step(self) -> list[str]:
+        """``try_step``."""
         s, method, late = self.method.stages, self.method, self.late
         lines = ["static void try_step(Work *k, double correction, S *error, S *guard, S *size) {"]
         lines += ["  const S h = k->step;", "  MEASURE_FROM_ZERO"]
@@ -161,37 +125,19 @@ class _StepPrinter:
         lines += ["  for (int i = 0; i < NX; ++i) k->base[i] = k->x0[i] + k->y[i];"]
         for index in range(1, s):
             lines += self._stage(index)
-        if self.running:
-            constants, grown = self._grown(s - 1)
-            sums = {name: f"k->gain[{slot}][i]" for name, (slot, _) in self.running.items()}
-            base = f"k->gain[{self.stored[found]}][i] + " if (found := self.base[s]) is not None else ""
-            lines += [f"  {{{constants}", "  for (int i = 0; i < NX; ++i) {"]
-            lines += [f"    {grown}", f"    const S gain = {base}{sums['gain']};"]
-        else:
-            constants, total = self._sum(self.rows[s], self.base[s], "b")
-            lines += [f"  {{{constants}"]
-            lines += [] if late else [f"  {self._error_sum(n)[0]}" for n in range(len(method.errors))]
-            lines += ["  for (int i = 0; i < NX; ++i) {", f"    const S gain = {total};"]
-        if not late:
-            lines += self._errors()
-        if self.middle is not None:
-            first = f"k->gain[{self.stored[self.middle]}][i]"
-            lines += ["    const S corrected = correction * error0;"]
-            lines += [f"    k->now.y_middle[i] = k->y[i] + ({first} + corrected / 2);"]
-            lines += ["    k->now.y_end[i] = k->y[i] + (gain + corrected);"]
-        else:
-            lines += ["    k->now.y_end[i] = k->y[i] + gain;"]
-        lines += ["    k->x[i] = k->x0[i] + k->now.y_end[i];"]
+        constants, total = self._sum(self.rows[s], self.base[s], "b")
+        lines += [f"  {{{constants}"]
+        lines += [] if late else [f"  {self._error_sum(n)[0]}" for n in range(len(method.errors))]
+        lines += ["  for (int i = 0; i < NX; ++i) {", f"    const S gain = {total};"]
+        lines += [] if late else self._errors()
+        lines += ["    k->now.y_end[i] = k->y[i] + gain;", "    k->x[i] = k->x0[i] + k->now.y_end[i];"]
         lines += ["    MEASURE(k, 0, i, k->now.y_end[i] * k->inverse[i]);", "  } }"]
         lines += ["  state_stage(k->c, W_AT(k, TIMES - 1), k->x, k->now.k[END]);", "  {"]
-        if late:
-            lines += [f"  {self._error_sum(n)[0]}" for n in range(len(method.errors))]
+        lines += [f"  {self._error_sum(n)[0]}" for n in range(len(method.errors))] if late else []
         lines += ["  for (int i = 0; i < NX; ++i) {"]
-        if late:
-            lines += self._errors()
+        lines += self._errors() if late else []
         lines += ["    MEASURE(k, 1, i, h * k->now.k[END][i] * k->inverse[i]);", "  } }"]
-        estimates = range(len(method.errors))
-        lines += [f"  const S worst{n} = LARGEST(k, {n + 2});" for n in estimates]
+        lines += [f"  const S worst{n} = LARGEST(k, {n + 2});" for n in range(len(method.errors))]
         lines += [f"  *guard = {' + '.join(f'SQUARES(k, {n})' for n in range(len(method.errors) + 2))};"]
         if len(method.errors) == 1:
             lines += ["  *error = worst0;"]
@@ -201,9 +147,6 @@ class _StepPrinter:
         return [*lines, "  *size = LARGEST(k, 0);", "}"]
 
     def _error_sum(self, n: int) -> tuple[str, str]:
-        if self.running:
-            known = {self.method.stages: "gain + "}.get(self.base_of_error[n] or -1, "")
-            return "", f"{known}k->gain[{self.running[f'error{n}'][0]}][i]"
         return self._sum(self.method.errors[n], self.base_of_error[n], f"e{n}_")
 
     def _errors(self) -> list[str]:
@@ -245,14 +188,14 @@ class _StepPrinter:
 
     def _dense_weights(self) -> list[str]:
         if self.middle is not None:
-            slots = [0, self.middle, self.method.stages]
+            slots, places = [0, self.middle, self.method.stages], [0, (self.middle + 1) // 2, (self.middle + 1) // 2 + 1]
             polynomials: list[Sequence[Fraction | int]] = [QUINTIC[1], QUINTIC[3], QUINTIC[5]]
         else:
             slots = [n for n, row in enumerate(self.method.dense) if any(row)]
-            polynomials = [(0, *self.method.dense[n]) for n in slots]
+            places, polynomials = slots, [(0, *self.method.dense[n]) for n in slots]
         lines = [
             f"enum {{ TERMS = {len(slots)} }};",
-            f"static const int TERM[] = {{{', '.join(str(self.places[n]) for n in slots)}}};",
+            f"static const int TERM[] = {{{', '.join(map(str, places))}}};",
         ]
         lines += ["/* What slopes, middle and end (from the start) weigh in the state at a fraction theta, and in its rate. */"]
         lines += ["static void dense_weights(V theta, V h, V *value, V *rate) {"]

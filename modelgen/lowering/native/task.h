@@ -83,6 +83,7 @@ typedef struct {
   int64_t crossing;
 } Found;
 
+enum { FIRST, WHOLE }; /* gains of a doubled step */
 enum { FOURS = (NX + 3) / 4 * 4 };
 
 typedef struct {

@@ -17,6 +17,8 @@ from modelgen.solvers.lanes import solve_lanes
 from modelgen.solvers.native import solve_native
 from modelgen.solvers.problem import InitialValueProblem
 
+pytestmark = pytest.mark.usefixtures("compiled_here")
+
 T, X, P = ca.SX.sym("t"), ca.SX.sym("x"), ca.SX.sym("p", 41)
 ORDERS = np.arange(1, 21)
 

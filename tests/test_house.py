@@ -1,6 +1,7 @@
 """The rules of the house, read from the source of ``modelgen`` without running it.
 
-1. Water flows down: a package imports only from those above it in FLOW, also inside functions and for type checkers.
+1. Water flows down: a package imports only from those above it in FLOW, also inside functions and for type checkers; where a
+   package has rooms, a room imports only from those above it in ROOMS.
 2. Each tool has its floor (FLOORS).
 3. The grammar knows no element by name: ``equations`` does not import ``elements``.
 
@@ -33,6 +34,12 @@ FLOORS = {
     "casadi": {"lowering", "solvers", "analysis"},
     "matplotlib": {"plots"},
     "pint": {"units"},
+}
+ROOMS = {  # the order within a package; its own __init__ stands below them all
+    "analysis": (
+        *("linear", "time_domain", "nonlinear", "stability", "classification"),
+        *("limits", "measurements", "referee", "sweeps"),
+    ),
 }
 LIGHT_START = {"errors", "units"}  # what modelgen/__init__.py may load before anybody asks for more
 
@@ -130,6 +137,26 @@ def water_flows_down(module: Module) -> Iterator[str]:
             yield module.at(found.line, f"{module.room} imports {found.room}, which stands below it")
 
 
+def rooms_flow_one_way(module: Module) -> Iterator[str]:
+    package, inside = module.room, module.path.split("/")[2:]
+    order = ROOMS.get(package, ())
+    if not order or inside == ["__init__.py"]:
+        return
+    here = inside[0]
+    if here not in order:
+        yield module.at(1, f"'{here}' has no place among the rooms of {package}; give it one in ROOMS")
+        return
+    for found in module.imports():
+        if found.room != package:
+            continue
+        there = (*found.target.split("."), "")[2]
+        if there not in order:
+            # Through the names that it shows to others, the package itself would lead anywhere.
+            yield module.at(found.line, f"imports {found.target}; import from the room that defines it")
+        elif order.index(there) > order.index(here):
+            yield module.at(found.line, f"{package}.{here} imports {package}.{there}, which stands below it")
+
+
 def tools_keep_their_floor(module: Module) -> Iterator[str]:
     for found in module.imports():
         if module.room not in FLOORS.get(found.package, {module.room}):
@@ -188,8 +215,8 @@ def a_file_holds_one_idea(module: Module) -> Iterator[str]:
 
 Rule = Callable[[Module], Iterator[str]]
 RULES: tuple[Rule, ...] = (
-    *(water_flows_down, tools_keep_their_floor, grammar_knows_no_element, text_meets_no_evaluator),
-    *(names_say_what, heads_say_why, a_file_holds_one_idea),
+    *(water_flows_down, rooms_flow_one_way, tools_keep_their_floor, grammar_knows_no_element),
+    *(text_meets_no_evaluator, names_say_what, heads_say_why, a_file_holds_one_idea),
 )
 
 
@@ -203,6 +230,8 @@ def test_the_whole_tree_is_read(house: list[Module]) -> None:
     assert {"modelgen/errors.py", "modelgen/units.py", "modelgen/__main__.py"} <= {module.path for module in house}
     assert {found.target for module in house for found in module.imports()} >= {"modelgen.errors.UnitError", "pint"}
     assert set(LONGER) <= {module.path for module in house}
+    for package, rooms in ROOMS.items():
+        assert {f"modelgen/{package}/{room}/__init__.py" for room in rooms} <= {module.path for module in house}
 
 
 @pytest.mark.parametrize("rule", RULES)
@@ -222,15 +251,23 @@ BAD: list[tuple[Rule, str, str, str]] = [
     (water_flows_down, "units.py", "from . import model", "units imports model"),
     (water_flows_down, "errors.py", "from .units import to_si", "errors imports units"),
     (water_flows_down, "model/line.py", "if TYPE_CHECKING:\n    from modelgen.gears import Pair", "model imports gears"),
-    (water_flows_down, "analysis/modal.py", "try:\n    from modelgen import notebook\nexcept ImportError:\n    pass", "notebook"),
+    (water_flows_down, "analysis/linear/modal.py", "try:\n    from modelgen import notebook\nfinally:\n    pass", "notebook"),
     (water_flows_down, "cli/run.py", "from modelgen import simulate", "import from the package that defines it"),
     (water_flows_down, "cli/run.py", "import modelgen", "import from the package that defines it"),
     (water_flows_down, "cli/run.py", "from modelgen import *", "import from the package that defines it"),
     (water_flows_down, "extras/thing.py", "", "'extras' has no place in the flow"),
     (water_flows_down, "__init__.py", "from modelgen.model import Driveline", "loads model at once"),
+    (rooms_flow_one_way, "analysis/modal.py", "", "'modal.py' has no place among the rooms of analysis"),
+    (rooms_flow_one_way, "analysis/extras/__init__.py", "", "'extras' has no place among the rooms of analysis"),
+    (rooms_flow_one_way, "analysis/linear/modal.py", "from modelgen.analysis.limits.check import Row", "imports analysis.limits"),
+    (rooms_flow_one_way, "analysis/linear/modal.py", "from modelgen.analysis.limits import check", "imports analysis.limits"),
+    (rooms_flow_one_way, "analysis/linear/modal.py", "def f():\n    import modelgen.analysis.sweeps", "modal.py:2: analysis"),
+    (rooms_flow_one_way, "analysis/linear/modal.py", "from ..stability.orbits import Orbit", "imports analysis.stability"),
+    (rooms_flow_one_way, "analysis/sweeps/sweep.py", "from modelgen.analysis import modal", "from the room that defines it"),
+    (rooms_flow_one_way, "analysis/sweeps/sweep.py", "import modelgen.analysis", "from the room that defines it"),
     (tools_keep_their_floor, "solvers/rk4.py", "import sympy as sp", "sympy belongs to elements, equations"),
     (tools_keep_their_floor, "gears/mesh.py", "from sympy import Symbol", "sympy belongs to"),
-    (tools_keep_their_floor, "analysis/modal.py", "def f():\n    import sympy.physics.mechanics", "modal.py:2: sympy belongs"),
+    (tools_keep_their_floor, "analysis/linear/modal.py", "def f():\n    import sympy.physics.mechanics", "modal.py:2: sympy"),
     (tools_keep_their_floor, "equations/assembly.py", "import casadi as ca", "casadi belongs to analysis, lowering, solvers"),
     (tools_keep_their_floor, "notebook.py", "import matplotlib.pyplot as plt", "matplotlib belongs to plots"),
     (tools_keep_their_floor, "cli/check.py", "from pint import UnitRegistry", "pint belongs to units"),
@@ -286,6 +323,8 @@ GOOD = [
     ("model/exact.py", "import sympy as sp\nhalf = sp.S.Half\nthird = sp.Rational('1/3')"),
     ("equations/assembly.py", "from modelgen.model import Driveline\nimport numpy as np\nnp.load(path, allow_pickle=False)"),
     ("lowering/visitor.py", "import sympy as sp\nimport casadi as ca\nca.Function('f', [], [])"),
+    ("analysis/limits/check.py", "from modelgen.analysis.linear import modal\nfrom modelgen.analysis.limits import rulebook"),
+    ("analysis/__init__.py", "from modelgen.analysis.sweeps.sweep import sweep"),
     ("notebook.py", "from modelgen.plots import draw"),
     ("cli/run.py", "from modelgen import __version__\nfrom modelgen.drivelines import catalogue"),
     ("__main__.py", "from modelgen.cli import main"),

@@ -1,6 +1,6 @@
 """``modelgen bifurcation``: the settled motion over a parameter, strobed at the common period.
 
-Part of ``cli``; asks ``analysis.bifurcation``.
+Part of ``cli``; asks ``analysis.nonlinear.bifurcation``.
 """
 
 from __future__ import annotations

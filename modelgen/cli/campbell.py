@@ -1,6 +1,6 @@
 """``modelgen campbell``: natural frequencies over the speed, the orders that excite, and critical speeds with their margins.
 
-Part of ``cli``; asks ``analysis.campbell`` and puts its answer into tables, a figure and files.
+Part of ``cli``; asks ``analysis.linear.campbell`` and puts its answer into tables, a figure and files.
 """
 
 from __future__ import annotations

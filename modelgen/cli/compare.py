@@ -1,6 +1,6 @@
 """``modelgen compare``: a measured recording laid over the computed response, with peaks and orders beside each other.
 
-Part of ``cli``; asks ``analysis.compare``.
+Part of ``cli``; asks ``analysis.measurements.compare``.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ import click
 from modelgen.cli.question import asks_a_model, fills_a_folder, pair
 
 if TYPE_CHECKING:
-    from modelgen.analysis.compare import ComparisonResult
-    from modelgen.analysis.measurement import Measurement
+    from modelgen.analysis.measurements.compare import ComparisonResult
+    from modelgen.analysis.measurements.measurement import Measurement
     from modelgen.solvers import Solution
 
 EXAMPLES = """
@@ -69,8 +69,8 @@ def compare(
         times = None if window is None else tuple(read_quantity(text, "s", "--window") for text in window)
         zero = None if start is None else read_quantity(start, "s", "--start")
         progress.stage(f"read {measurement}")
-        from modelgen.analysis.compare import compare as laid_over
-        from modelgen.analysis.measurement import read_measurement
+        from modelgen.analysis.measurements.compare import compare as laid_over
+        from modelgen.analysis.measurements.measurement import read_measurement
         from modelgen.cli.response import Request, respond
         from modelgen.cli.settings import settle
         from modelgen.drivelines import load

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from modelgen.cli.question import pair
 
 if TYPE_CHECKING:
-    from modelgen.analysis.shear_stress import Diameter
+    from modelgen.analysis.linear.shear_stress import Diameter
     from modelgen.lowering import Compiled
     from modelgen.model import Driveline
 

@@ -1,6 +1,6 @@
 """``modelgen forced``: steady vibration under the harmonic torques, by order and over the cycle, at one or many speeds.
 
-Part of ``cli``; asks ``analysis.forced`` and ``analysis.gear_hammer``, ``forced_tables`` puts their answers into files.
+Part of ``cli``; asks ``forced`` and ``gear_hammer`` of ``analysis.linear``, ``forced_tables`` puts their answers into files.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from modelgen.analysis import AnglesResult
-from modelgen.analysis.limits import LimitRow, check_limits
+from modelgen.analysis.limits.check import LimitRow, check_limits
 
 RULE = "syt_5211_angle"
 QUANTITY = "vibration_peak"

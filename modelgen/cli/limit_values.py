@@ -11,10 +11,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from modelgen.analysis import forced, modal
-from modelgen.analysis.campbell import order_lines
-from modelgen.analysis.limits import angle_values
-from modelgen.analysis.separation import critical_speed_ratios, separation_margins
-from modelgen.analysis.shear_stress import Diameter, shear_stress_factor
+from modelgen.analysis.limits.check import angle_values
+from modelgen.analysis.limits.separation import critical_speed_ratios, separation_margins
+from modelgen.analysis.linear.campbell import order_lines
+from modelgen.analysis.linear.shear_stress import Diameter, shear_stress_factor
 from modelgen.cli.progress import Progress
 from modelgen.cli.response import Request, respond
 from modelgen.errors import CaseError

@@ -1,6 +1,6 @@
 """``modelgen limits``: what the driveline does, held against rules, with formula, margin and source of each.
 
-Part of ``cli``; ``limit_values`` gathers the values, ``analysis.limits`` judges them.
+Part of ``cli``; ``limit_values`` gathers the values, ``analysis.limits.check`` judges them.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from modelgen.cli.diameters import DIAMETER
 from modelgen.cli.question import asks_a_model, fills_a_folder, speed_range
 
 if TYPE_CHECKING:
-    from modelgen.analysis.limit_rules import Rule
-    from modelgen.analysis.limits import LimitRow, LimitsResult
+    from modelgen.analysis.limits.check import LimitRow, LimitsResult
+    from modelgen.analysis.limits.rulebook import Rule
 
 EXAMPLES = """
 \b
@@ -45,7 +45,7 @@ def _list(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
     """Prints the rules and ends."""
     if not wanted:
         return
-    from modelgen.analysis.limit_rules import rules
+    from modelgen.analysis.limits.rulebook import rules
 
     for name, rule in rules().items():
         click.echo(f"{name}: {rule.title}; judges {rule.quantity} [{rule.unit}]")
@@ -115,7 +115,7 @@ def limits(
 
 def read_rules(given: Iterable[str]) -> list[Rule]:
     """Rules from texts such as ``NAME ELEMENT input='600 MPa'``. Raises CaseError or UnitError for what they do not know."""
-    from modelgen.analysis.limit_rules import rule
+    from modelgen.analysis.limits.rulebook import rule
     from modelgen.errors import CaseError
 
     found = []
@@ -138,8 +138,8 @@ def _judge(values: Mapping[str, Any], chosen: list[Rule], model: str, remarks: t
     """The rules asked for, or those of the usual ones that there is something to judge for."""
     from dataclasses import replace
 
-    from modelgen.analysis.limit_rules import rule
-    from modelgen.analysis.limits import check_limits
+    from modelgen.analysis.limits.check import check_limits
+    from modelgen.analysis.limits.rulebook import rule
     from modelgen.errors import CaseError
 
     if not chosen:

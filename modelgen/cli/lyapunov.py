@@ -1,6 +1,6 @@
 """``modelgen lyapunov``: Lyapunov exponents of the settled motion, with their intervals.
 
-Part of ``cli``; asks ``analysis.exponents`` and puts the answer into a table, a figure and data.
+Part of ``cli``; asks ``analysis.stability.exponents`` and puts the answer into a table, a figure and data.
 """
 
 from __future__ import annotations

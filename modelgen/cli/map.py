@@ -1,6 +1,6 @@
 """``modelgen map``: angles, mesh forces and rattle over two parameters, such as speed and load.
 
-Part of ``cli``; asks ``analysis.maps``.
+Part of ``cli``; asks ``analysis.nonlinear.maps``.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ WRITTEN = ("map.csv", "map.json", "map.png")
 
 
 def _write(result: MapResult, limit: float | None, folder: Path) -> None:
-    from modelgen.analysis.maps import RATTLE
+    from modelgen.analysis.nonlinear.maps import RATTLE
     from modelgen.cli.tables import write_data, write_table
     from modelgen.plots import plot, save
 

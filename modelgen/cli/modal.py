@@ -1,6 +1,6 @@
 """``modelgen modal``: natural frequencies, damping, shapes, energy shares and sensitivities.
 
-Part of ``cli``; asks ``analysis.modal`` and ``analysis.sensitivity`` and puts their answers into tables, figures and files.
+Part of ``cli``; asks ``modal`` and ``sensitivity`` of ``analysis.linear`` and puts their answers into tables, figures and files.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """``modelgen orbit``: a periodic motion by shooting, and whether it attracts.
 
-Part of ``cli``; asks ``analysis.orbits`` and puts the answer into tables, a figure and data.
+Part of ``cli``; asks ``analysis.stability.orbits`` and puts the answer into tables, a figure and data.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def orbit(
 
 
 def _write(result: PeriodicOrbit, units: dict[str, str], folder: Path) -> None:
-    from modelgen.analysis.orbits_multipliers import kind_of_loss
+    from modelgen.analysis.stability.multipliers import kind_of_loss
     from modelgen.cli.tables import write_data, write_table
     from modelgen.plots import plot, save
 

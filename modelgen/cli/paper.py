@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from modelgen.analysis import AnglesResult
-from modelgen.analysis.angles import InertiaAngles
+from modelgen.analysis.time_domain.angles import InertiaAngles
 from modelgen.cli.progress import Progress
 from modelgen.cli.response import Request, Response, respond
 from modelgen.cli.settings import common_switch, settle

@@ -1,6 +1,6 @@
 """``modelgen poincare``: the section of one motion, its phase portrait, and the verdict on it.
 
-Part of ``cli``; asks ``analysis.sections``, ``analysis.classification`` and, for a proof, ``analysis.orbits``.
+Part of ``cli``; asks ``nonlinear.sections`` and ``classification`` of ``analysis`` and, for a proof, ``stability.orbits``.
 """
 
 from __future__ import annotations
@@ -73,8 +73,8 @@ def poincare(
         progress.stage(f"read {model}")
         from modelgen.analysis import classify, periodic_orbit
         from modelgen.analysis import poincare as section_of
-        from modelgen.analysis.classification_damping import undamped
-        from modelgen.analysis.motion_evidence import REACHED
+        from modelgen.analysis.classification.damping import undamped
+        from modelgen.analysis.classification.motion_evidence import REACHED
         from modelgen.cli.bifurcation_case import strobed_case
 
         case = strobed_case(model, assignments, speed, mesh_reading, tolerance)
@@ -105,7 +105,7 @@ WRITTEN = ("section.csv", "section.json", "section.png")
 
 
 def _cut(case: Case, surface: str, channels: tuple[str, ...], count: int, end: float) -> SectionResult:
-    from modelgen.analysis.sections_surface import surface_section
+    from modelgen.analysis.nonlinear.surface import surface_section
     from modelgen.units import read_quantity
 
     name, text = pair(surface, "--surface", 'CHANNEL=VALUE, such as coupling.twist="0.2 deg"')
@@ -115,9 +115,9 @@ def _cut(case: Case, surface: str, channels: tuple[str, ...], count: int, end: f
 
 def _away(case: Case, orbit: PeriodicOrbit, result: SectionResult) -> float:
     """How far the last points are from an orbit: proof of an orbit is evidence only on a motion that has come to it."""
-    from modelgen.analysis.motion_evidence import distance_from
-    from modelgen.analysis.sections_motion import vibrating_states
-    from modelgen.analysis.strobes_runs import setting
+    from modelgen.analysis.classification.motion_evidence import distance_from
+    from modelgen.analysis.nonlinear.motion import vibrating_states
+    from modelgen.analysis.nonlinear.runs import setting
 
     made = setting(case)
     return distance_from(orbit, result.sequence, vibrating_states(case.model, made.point), made.problem.scale)

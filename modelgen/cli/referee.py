@@ -13,7 +13,7 @@ import click
 from modelgen.cli.question import asks_a_model, fills_a_folder
 
 if TYPE_CHECKING:
-    from modelgen.analysis.referee import RefereeResult
+    from modelgen.analysis.referee.comparison import RefereeResult
 
 EXAMPLES = """
 \b
@@ -50,7 +50,7 @@ def referee(
 
     with output_folder(out, replace) as folder, Progress() as progress:
         progress.stage(f"read {model}")
-        from modelgen.analysis.referee import referee as ask
+        from modelgen.analysis.referee.comparison import referee as ask
         from modelgen.cli.settings import settle
         from modelgen.drivelines import load
         from modelgen.units import read_quantity

@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator
 
 from modelgen.analysis import BifurcationResult
-from modelgen.analysis.motion_evidence import REACHED, MotionEvidence
+from modelgen.analysis.classification.motion_evidence import REACHED, MotionEvidence
 from modelgen.cli.paper import ClaimRow, judge
 from modelgen.cli.reproduce_work import Reproduction
 from modelgen.drivelines.claims import MotionClaim

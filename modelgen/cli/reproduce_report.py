@@ -11,7 +11,7 @@ from dataclasses import asdict
 from typing import Any
 
 from modelgen import __version__
-from modelgen.analysis.motion_evidence import MotionEvidence
+from modelgen.analysis.classification.motion_evidence import MotionEvidence
 from modelgen.cli.paper import ClaimRow
 from modelgen.cli.reproduce_claims import exponent_text, kinds, orbit_text
 from modelgen.cli.reproduce_figures import PaperFigure

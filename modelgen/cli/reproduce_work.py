@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from modelgen.analysis import BifurcationResult, bifurcation
-from modelgen.analysis.motion_evidence import MotionEvidence, motion_evidence
+from modelgen.analysis.classification.motion_evidence import MotionEvidence, motion_evidence
 from modelgen.cli.paper import Reading, in_degrees, readings
 from modelgen.cli.progress import Progress
 from modelgen.cli.response import Request, Response, respond

@@ -1,6 +1,6 @@
 """``modelgen sweep``: one model at many points, on every core or a cluster; what is finished is kept, whatever is killed.
 
-Part of ``cli``; asks ``analysis.sweep``. Unlike the folders of other commands, that of a sweep fills on the way, and the same
+Part of ``cli``; asks ``analysis.sweeps``. Unlike the folders of other commands, that of a sweep fills on the way, and the same
 command goes on in it.
 """
 
@@ -77,9 +77,9 @@ def sweep(
     done = [0, 0]
     with Progress() as progress:
         progress.stage(f"read {model}")
-        from modelgen.analysis.sweep import sweep as swept
-        from modelgen.analysis.sweep_cluster import connect
-        from modelgen.analysis.sweep_store import refuse_foreign
+        from modelgen.analysis.sweeps.cluster import connect
+        from modelgen.analysis.sweeps.store import refuse_foreign
+        from modelgen.analysis.sweeps.sweep import sweep as swept
         from modelgen.cli.question import opened
 
         refuse_foreign(out, f"sweep folder {str(out)!r}")

@@ -1,6 +1,6 @@
 """``modelgen transmission-error``: how much a mesh vibrates over mesh frequency, swept up and down, with its jumps.
 
-Part of ``cli``; asks ``analysis.frequency_sweep``.
+Part of ``cli``; asks ``analysis.nonlinear.frequency_sweep``.
 """
 
 from __future__ import annotations

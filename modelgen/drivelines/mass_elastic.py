@@ -14,7 +14,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from modelgen.analysis.delimited_text import DelimitedText, Row, find_columns, read_delimited
+from modelgen.analysis.measurements.delimited_text import DelimitedText, Row, find_columns, read_delimited
 from modelgen.elements import GroundDamper, GroundSpring, Inertia, RigidGear, Shaft
 from modelgen.errors import ModelFileError, ModelgenError, nearest
 from modelgen.model import Driveline, Element, NamedParameter

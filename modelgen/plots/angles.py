@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from modelgen.analysis import AnglesResult
-from modelgen.analysis.angles import InertiaAngles
+from modelgen.analysis.time_domain.angles import InertiaAngles
 from modelgen.errors import CaseError
 from modelgen.plots.dispatch import plot
 from modelgen.plots.quantities import DEGREES, MINUS, words

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from modelgen.analysis.campbell import CampbellResult, CriticalSpeed, OrderLine
+from modelgen.analysis.linear.campbell import CampbellResult, CriticalSpeed, OrderLine
 from modelgen.errors import CaseError
 from modelgen.plots.dispatch import plot
 from modelgen.plots.quantities import MINUS

@@ -1,6 +1,6 @@
 """Figure of a comparison: a measured channel over the computed one in time, and both by order.
 
-Draws ``ComparisonResult`` of ``modelgen.analysis.compare``.
+Draws ``ComparisonResult`` of ``modelgen.analysis.measurements``.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from modelgen.analysis.compare import ChannelComparison, ComparisonResult
+from modelgen.analysis.measurements.compare import ChannelComparison, ComparisonResult
 from modelgen.errors import CaseError
 from modelgen.plots.dispatch import plot
 from modelgen.plots.quantities import MINUS, Display, axis_label, definition, display, number, words

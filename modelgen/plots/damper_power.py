@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from modelgen.analysis.forced import ForcedResult
+from modelgen.analysis.linear.forced import ForcedResult
 from modelgen.errors import CaseError
 from modelgen.plots.quantities import display, number, words
 from modelgen.plots.speed_axis import RPM, line_of, set_speed, source_text

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from modelgen.analysis.bifurcation import BifurcationResult, Column
+from modelgen.analysis.nonlinear.bifurcation import BifurcationResult, Column
 from modelgen.errors import CaseError
 from modelgen.plots.bifurcation import HIGHER, PERIODS, UNSETTLED
 from modelgen.plots.quantities import axis_label, definition, display, words, written

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from modelgen.analysis.exponents import ExponentsResult
+from modelgen.analysis.stability.exponents import ExponentsResult
 from modelgen.plots.dispatch import plot
 from modelgen.plots.quantities import number
 from modelgen.plots.style import BLUE, GRAY, INK, SERIES, VERMILION, mark_value, name_panel, sheet, styled

@@ -13,8 +13,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from modelgen.analysis.campbell import CampbellResult
-from modelgen.analysis.forced import ForcedResult
+from modelgen.analysis.linear.campbell import CampbellResult
+from modelgen.analysis.linear.forced import ForcedResult
 from modelgen.errors import CaseError
 from modelgen.plots.dispatch import plot
 from modelgen.plots.quantities import axis_label, definition, display, number, quantity_text, words

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from modelgen.analysis.frequency_sweep import FrequencySweepResult, SweepPoint
+from modelgen.analysis.nonlinear.frequency_sweep import FrequencySweepResult, SweepPoint
 from modelgen.plots.dispatch import plot
 from modelgen.plots.quantities import definition, display, number, words
 from modelgen.plots.style import BLUE, INK, PALE, SMALL, VERMILION, name_panel, sheet, styled

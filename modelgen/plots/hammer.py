@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from modelgen.analysis.gear_hammer import GearLoad, HammerResult
+from modelgen.analysis.linear.gear_hammer import GearLoad, HammerResult
 from modelgen.errors import CaseError
 from modelgen.plots.dispatch import plot
 from modelgen.plots.quantities import axis_label, display, words

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from modelgen.analysis.limits import LimitRow, LimitsResult
+from modelgen.analysis.limits.check import LimitRow, LimitsResult
 from modelgen.errors import CaseError
 from modelgen.plots.dispatch import plot
 from modelgen.plots.quantities import display, number, words

@@ -15,7 +15,7 @@ from matplotlib.colors import ListedColormap, TwoSlopeNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from modelgen.analysis.maps import RATTLE, MapResult
+from modelgen.analysis.nonlinear.maps import RATTLE, MapResult
 from modelgen.errors import CaseError
 from modelgen.plots.dispatch import plot
 from modelgen.plots.quantities import Display, display, words

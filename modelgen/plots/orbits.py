@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from modelgen.analysis.orbits import PeriodicOrbit
+from modelgen.analysis.stability.orbits import PeriodicOrbit
 from modelgen.plots.dispatch import plot
 from modelgen.plots.quantities import number
 from modelgen.plots.style import BLUE, FAINT, GRAY, INK, VERMILION, name_panel, sheet, styled

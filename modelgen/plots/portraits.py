@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from modelgen.analysis.sections import SectionResult
+from modelgen.analysis.nonlinear.sections import SectionResult
 from modelgen.errors import CaseError, nearest
 from modelgen.plots.quantities import Display, axis_label, definition, display, number, words
 from modelgen.plots.style import BLUE, FAINT, INK, SKY, VERMILION, name_panel, panels, sheet, styled

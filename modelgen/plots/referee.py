@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from modelgen.analysis.referee import RefereeResult
+from modelgen.analysis.referee.comparison import RefereeResult
 from modelgen.errors import CaseError, nearest
 from modelgen.plots.dispatch import plot
 from modelgen.plots.quantities import MINUS, axis_label, definition, display, number, words

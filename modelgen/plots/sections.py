@@ -13,8 +13,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from modelgen.analysis.classification import Verdict
-from modelgen.analysis.sections import SectionResult
+from modelgen.analysis.classification.verdict import Verdict
+from modelgen.analysis.nonlinear.sections import SectionResult
 from modelgen.errors import CaseError
 from modelgen.plots.dispatch import plot
 from modelgen.plots.quantities import axis_label, definition, display, number, words

@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from modelgen.analysis.modal import ModalResult
-from modelgen.analysis.sensitivity import SensitivityResult
+from modelgen.analysis.linear.modal import ModalResult
+from modelgen.analysis.linear.sensitivity import SensitivityResult
 from modelgen.errors import CaseError
 from modelgen.plots.dispatch import plot
 from modelgen.plots.quantities import MINUS, words

@@ -28,7 +28,7 @@ from peers.product import Modelgen, VirtualMachine
 from peers.workload import Workload, error, workload
 
 from modelgen import Driveline, GearPair, HarmonicTorque, Inertia, Shaft, assemble, load, lower
-from modelgen.analysis.referee import with_mean_stiffness
+from modelgen.analysis.referee.comparison import with_mean_stiffness
 
 LEVELS = (1e-4, 1e-5, 1e-6, 1e-8)
 LIMIT = 20.0  # s: a solver that took longer is not run at tighter tolerances, nor twice

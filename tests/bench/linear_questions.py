@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from modelgen import Driveline, Inertia, Shaft, assemble, lower, modal, operating_point
-from modelgen.analysis.frequency_response import frequency_response
+from modelgen.analysis.linear.frequency_response import frequency_response
 
 
 def chain(count: int) -> Driveline:

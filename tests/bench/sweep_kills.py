@@ -2,7 +2,7 @@
 
     python tests/bench/sweep_kills.py [kills] [points] [seconds simulated per point] [seed of the moments]
 
-Run by hand; ``tests/analysis/test_sweep_kills.py`` does the same in small. Needs /proc to find the workers of a parent.
+Run by hand; ``tests/analysis/sweeps/test_kills.py`` does the same in small. Needs /proc to find the workers of a parent.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ import numpy as np
 
 from modelgen import Case
 from modelgen.analysis import sweep
-from modelgen.analysis.sweep_shard import decode
-from modelgen.analysis.sweep_store import SHARDS, TABLE
+from modelgen.analysis.sweeps.shard import decode
+from modelgen.analysis.sweeps.store import SHARDS, TABLE
 from modelgen.model.files import parse_model
 
 ROOT = Path(__file__).resolve().parents[2]

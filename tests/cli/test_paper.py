@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from modelgen.analysis.angles import AnglesResult, InertiaAngles, Swing
-from modelgen.analysis.window import Window
+from modelgen.analysis.time_domain.angles import AnglesResult, InertiaAngles, Swing
+from modelgen.analysis.time_domain.window import Window
 from modelgen.cli.paper import DEFINITIONS, Reading, in_degrees, judge
 from modelgen.drivelines.claims import claims_of
 

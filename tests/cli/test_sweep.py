@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from modelgen import assemble, lower
-from modelgen.analysis.sweep_store import SHARDS
+from modelgen.analysis.sweeps.store import SHARDS
 from modelgen.cli.sweep import _usual, _values
 from modelgen.drivelines import load
 

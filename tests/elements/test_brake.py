@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from modelgen.analysis.modal import modal
+from modelgen.analysis.linear.modal import modal
 from modelgen.elements import Brake, GroundSpring, Inertia
 from modelgen.equations import assemble
 from modelgen.errors import ModelError

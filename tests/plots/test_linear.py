@@ -24,10 +24,10 @@ from modelgen.analysis import (
     gear_hammer,
     sensitivities,
 )
-from modelgen.analysis.compare import ComparisonResult, compare
-from modelgen.analysis.limit_rules import rule
-from modelgen.analysis.limits import LimitsResult, check_limits
-from modelgen.analysis.measurement import Measurement
+from modelgen.analysis.limits.check import LimitsResult, check_limits
+from modelgen.analysis.limits.rulebook import rule
+from modelgen.analysis.measurements.compare import ComparisonResult, compare
+from modelgen.analysis.measurements.measurement import Measurement
 from modelgen.errors import CaseError, UnitError
 from modelgen.plots import damper_power, energy_shares, plot, save
 from modelgen.plots.speed_axis import spread

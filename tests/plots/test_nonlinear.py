@@ -11,9 +11,9 @@ from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
 from modelgen.analysis import SectionResult, classify
-from modelgen.analysis.bifurcation import BifurcationResult, Column
-from modelgen.analysis.frequency_sweep import Change, FrequencySweepResult, SweepPoint
-from modelgen.analysis.maps import MapResult
+from modelgen.analysis.nonlinear.bifurcation import BifurcationResult, Column
+from modelgen.analysis.nonlinear.frequency_sweep import Change, FrequencySweepResult, SweepPoint
+from modelgen.analysis.nonlinear.maps import MapResult
 from modelgen.errors import CaseError
 from modelgen.plots import plot
 from modelgen.solvers import Outcome

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from modelgen.analysis.bifurcation import BifurcationResult, Column
-from modelgen.analysis.sections import SectionResult
+from modelgen.analysis.nonlinear.bifurcation import BifurcationResult, Column
+from modelgen.analysis.nonlinear.sections import SectionResult
 from modelgen.errors import CaseError
 from modelgen.plots.diagram_readings import diagram_readings
 from modelgen.plots.portraits import portraits

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from modelgen import Driveline, assemble, lower
-from modelgen.analysis.referee_model import Wave, referee_of
+from modelgen.analysis.referee.mujoco_model import Wave, referee_of
 from modelgen.lowering import Compiled
 from modelgen.solvers import operating_point
 

@@ -1,0 +1,186 @@
+"""Question: at which frequencies, with which damping and in which shapes does the driveline vibrate?
+
+About an operating point: M q'' + C q' + K q = 0 over group angles, with mean mesh stiffness on the loaded flank. All modes come
+from dense matrices (``natural_modes``), some lowest ones of a large driveline from sparse ones (``lowest_modes``).
+Sources: M. I. Friswell et al., Dynamics of Rotating Machines (2010), ch. 9; F. Tisseur, K. Meerbergen, SIAM Rev. 43 (2001) 235,
+for the state-space form.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modelgen.analysis.linear.energy_shares import energy_shares
+from modelgen.analysis.linear.lowest_modes import lowest_modes
+from modelgen.analysis.linear.model import linearize
+from modelgen.analysis.linear.natural_modes import DampedModes, Modes, damped_modes, natural_modes
+from modelgen.errors import CaseError
+from modelgen.lowering import Compiled
+from modelgen.solvers.equilibrium import own_start
+from modelgen.solvers.operating_point import OperatingPoint, mean_values, operating_point
+
+Array = NDArray[np.float64]
+DENSE = 150  # degrees of freedom up to which all modes cost less than a few
+SAME = 1e-9  # relative distance of natural frequencies that count as repeated
+
+
+@dataclass(frozen=True, eq=False)
+class ModalResult:
+    """Modes of a driveline, rigid rotations first.
+
+    ``names`` of the nodes, ``ratio`` (nodes,) their speed per speed of the reference shaft. ``frequencies`` [Hz] undamped,
+    sorted, exactly zero for the first ``rigid`` modes, negative for an unstable one; ``shapes`` (nodes, modes) in physical
+    angles, largest entry 1; ``referred`` the same divided by ``ratio``; ``modal_inertia`` [kg*m^2] of the shapes as given.
+    ``repeated``: numbers (from 0) of modes that share a frequency; their shapes are one choice of many. ``elements`` with
+    ``kinetic`` and ``potential`` (elements, modes): shares of the energy, each summing to 1 (rigid modes have no potential
+    energy: zeros). ``damped_frequencies`` [Hz], ``damping_ratios``, ``decay_rates`` [1/s] and complex ``damped_shapes`` (nodes,
+    pairs) of the damped modes that oscillate, sorted by frequency. ``complete``: all modes are here. If not, the damped ones
+    are those of the damping projected on the modes given, which is exact for proportional damping. ``released``: elements that
+    hold a speed in some of their modes, such as brakes that stick; here they hold nothing.
+    """
+
+    model: str
+    names: tuple[str, ...]
+    ratio: Array
+    frequencies: Array
+    shapes: Array
+    referred: Array
+    modal_inertia: Array
+    rigid: int
+    repeated: tuple[tuple[int, ...], ...]
+    elements: tuple[str, ...]
+    kinetic: Array
+    potential: Array
+    damped_frequencies: Array
+    damping_ratios: Array
+    decay_rates: Array
+    damped_shapes: NDArray[np.complex128]
+    complete: bool
+    released: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        kind = "all" if self.complete else "lowest"
+        rows = [
+            f"modes of {self.model!r}: {kind} {len(self.frequencies)}, {self.rigid} rigid; most kinetic, most potential energy in"
+        ]
+        for mode, frequency in enumerate(self.frequencies):
+            kinetic, potential = (
+                f"{self.elements[s[:, mode].argmax()]} {s[:, mode].max():.0%}" for s in (self.kinetic, self.potential)
+            )
+            rows.append(f"  {mode + 1:3d} {frequency:12.4f} Hz  {kinetic}, {'none' if mode < self.rigid else potential}")
+        if self.released:
+            rows.append(
+                f"  {', '.join(self.released)}: taken as slipping; what sticks would hold its node, and these are not its modes"
+            )
+        return "\n".join(rows)
+
+    __repr__ = __str__
+
+
+def modal(
+    model: Compiled, parameters: Mapping[str, Any] | None = None, point: OperatingPoint | None = None, count: int | None = None
+) -> ModalResult:
+    """Modes about the operating point for the model's parameters with some changed by name; all, or the ``count`` lowest.
+
+    Raises CaseError for a driveline without inertias or a count below 1, and what ``operating_point`` raises.
+
+    >>> from modelgen import Driveline, Inertia, Shaft, assemble, lower
+    >>> line = Driveline("two_disks", elements=[
+    ...     Inertia("engine", inertia=211.4), Inertia("load", inertia=8.3), Shaft("shaft", "engine", "load", stiffness=9.775e6)])
+    >>> result = modal(lower(assemble(line)))
+    >>> result.frequencies.round(4).tolist()  # openTorsion's two-disk test: 176.1 Hz
+    [0.0, 176.0767]
+    >>> dict(zip(result.elements, result.kinetic[:, 1].round(4).tolist()))
+    {'engine': 0.0378, 'load': 0.9622, 'shaft': 0.0}
+    """
+    size = len(model.equations.groups)
+    if not size:
+        raise CaseError(f"driveline {model.name!r}", "has no inertias that could vibrate", "ask a driveline of elements")
+    if count is not None and (isinstance(count, bool) or not isinstance(count, int) or count < 1):
+        raise CaseError("modal, count", f"is {count!r}", "give a whole number from 1 up, or leave it out for all modes")
+    if count is not None and point is None and size > max(DENSE, 4 * count) and _is_linear(model):
+        p = model.parameters.vector(parameters)
+        mean, angle = mean_values(model, p), np.zeros(size)
+        mass, damping, stiffness = model.mean_model["linear"](angle, np.zeros(size), own_start(model), p, mean)
+        modes = lowest_modes(mass, stiffness, _rigid(model, p), count)
+        pairs = damped_modes(modes, damping)
+    else:
+        point = point or operating_point(model, parameters)
+        p, mean, angle = point.p, point.mean, point.angle
+        every = natural_modes(point.mass, point.stiffness, point.coordinates)
+        modes = Modes(every.squares[:count], every.shapes[:, :count], min(every.free, count or size))
+        linear = linearize(model, point, complex_stiffness=False)
+        pairs = damped_modes(modes, linear.damping, linear.stiffness)
+    return _result(model, p, mean, angle, modes, pairs)
+
+
+def _result(model: Compiled, p: Array, mean: Array, angle: Array, modes: Modes, pairs: DampedModes) -> ModalResult:
+    """Modes over the groups, told over nodes and elements."""
+    nodes = model.equations.nodes
+    group = [node.group for node in nodes]
+    node_ratio = np.asarray(model.mean_model["node_ratios"](p)).ravel()
+    ratio = node_ratio * np.asarray(model.mean_model["ratios"](p)[0]).ravel()[group]
+    shapes = node_ratio[:, None] * modes.shapes[group]
+    largest = shapes[np.abs(shapes).argmax(axis=0), np.arange(shapes.shape[1])]
+    kinetic, potential = energy_shares(model, p, mean, angle, own_start(model), modes.shapes)
+    potential[:, : modes.free] = 0.0
+    held = np.any(kinetic != 0, axis=1) | np.any(potential != 0, axis=1)
+    return ModalResult(
+        model=model.name,
+        names=tuple(node.name for node in nodes),
+        ratio=ratio,
+        frequencies=modes.frequencies,
+        shapes=shapes / largest,
+        referred=shapes / largest / ratio[:, None],
+        modal_inertia=1 / largest**2,
+        rigid=modes.free,
+        repeated=repeated_modes(modes),
+        elements=tuple(each.name for each, has in zip(model.equations.instances, held, strict=True) if has),
+        kinetic=kinetic[held],
+        potential=potential[held],
+        damped_frequencies=pairs.frequencies,
+        damping_ratios=pairs.damping_ratios,
+        decay_rates=pairs.decay_rates,
+        damped_shapes=node_ratio[:, None] * pairs.shapes[group],
+        complete=len(modes.squares) == len(model.equations.groups),
+        released=tuple(each.name for each in model.equations.instances if model.equations.templates[each.template].holds),
+    )
+
+
+def repeated_modes(modes: Modes) -> tuple[tuple[int, ...], ...]:
+    """Numbers of elastic modes that share a frequency."""
+    clusters: list[list[int]] = []
+    for mode in range(modes.free, len(modes.squares)):
+        before = modes.squares[mode - 1] if mode > modes.free else None
+        if before is not None and abs(modes.squares[mode] - before) <= 2 * SAME * abs(before):
+            clusters[-1].append(mode)
+        else:
+            clusters.append([mode])
+    return tuple(tuple(cluster) for cluster in clusters if len(cluster) > 1)
+
+
+def damped_pairs(point: OperatingPoint) -> tuple[Array, Array, Array]:
+    """Damped frequency [Hz], damping ratio and decay rate [1/s] of every mode that oscillates; own states are held."""
+    modes = natural_modes(point.mass, point.stiffness, point.coordinates)
+    pairs = damped_modes(modes, point.damping, point.stiffness)
+    return pairs.frequencies, pairs.damping_ratios, pairs.decay_rates
+
+
+def _is_linear(model: Compiled) -> bool:
+    """Whether mass and stiffness are the same at every angle, so that no static angles are needed."""
+    linear = model.mean_model["linear"]
+    return all(linear.jac_sparsity(row, 0).nnz() == 0 for row in (0, 2))
+
+
+def _rigid(model: Compiled, p: Array) -> Array:
+    """Rigid rotations as columns over the groups."""
+    roots = [step.state for step in model.equations.steps if step.form is None]
+    states = np.zeros((len(model.states), max(1, len(roots))))
+    states[roots, range(len(roots))] = 1.0
+    angles = np.asarray(model.mean_model["angles"].map(states.shape[1])(states, p)[0])
+    return angles[:, : len(roots)]

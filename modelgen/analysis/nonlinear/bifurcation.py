@@ -1,0 +1,247 @@
+"""Question: how does the settled motion change as a parameter changes?
+
+Each value of the parameter gets a column: the strobes at the common period after the transient. Columns are independent (each
+from the case's own start, or from several starts, which finds motions that coexist), or follow each other, each from the last
+state of its neighbor, upward or downward, which shows hysteresis. A column that did not come to stand still is kept with its
+residual and says so.
+Without damping there is nothing that a motion settles to: a column then shows one motion from one start, no attractor.
+Source: S. H. Strogatz, Nonlinear Dynamics and Chaos (1994), ch. 10.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modelgen.analysis.nonlinear.motion import motion_of
+from modelgen.analysis.nonlinear.runs import Also, Setting, compiled_model, parameter_values, setting
+from modelgen.analysis.nonlinear.sections import section_channels
+from modelgen.analysis.nonlinear.strobes import Patience, Strobed, strobed
+from modelgen.errors import CaseError, nearest
+from modelgen.lowering import Compiled
+from modelgen.solvers.case import STARTS, Case
+from modelgen.solvers.outcome import Outcome
+from modelgen.solvers.simulate import starting_state
+
+Array = NDArray[np.float64]
+Start = str | Mapping[str, float]
+DIRECTIONS = ("independent", "forward", "backward", "both")
+
+
+@dataclass(frozen=True, eq=False)
+class Column:
+    """The settled motion at one value: ``points`` (strobes, channels), ``sequence`` (strobes, vibrating states) per scale.
+
+    ``branch``: "independent", "forward", "backward", or the number of the start. ``period`` in strobes (1 to 16; 0: none, or not
+    settled); ``residual``: how far strobes are from coming back; ``transient``: strobes before; ``final``: the last state.
+    """
+
+    value: float
+    branch: str
+    points: Array
+    sequence: Array
+    period: int
+    residual: float
+    settled: bool
+    transient: int
+    final: Array
+    outcome: Outcome
+    message: str
+
+
+@dataclass(frozen=True, eq=False)
+class BifurcationResult:
+    """Columns over a ``parameter`` (with its ``unit``), rising in value within each branch; ``channels`` with ``units``.
+
+    ``values`` (columns of a branch,); ``still``: how near strobes come back, per scale; ``strobe``: what strobes, in words.
+    """
+
+    model: str
+    parameter: str
+    unit: str
+    values: Array
+    channels: tuple[str, ...]
+    units: tuple[str, ...]
+    columns: tuple[Column, ...]
+    strobe: str
+    still: float
+
+    @property
+    def branches(self) -> tuple[str, ...]:
+        """Names of the branches, in the order in which they were run."""
+        return tuple(dict.fromkeys(column.branch for column in self.columns))
+
+    def branch(self, name: str) -> tuple[Column, ...]:
+        """The columns of one branch. Raises CaseError with the nearest name."""
+        if name not in self.branches:
+            raise CaseError(f"bifurcation diagram of {self.model!r}", f"no branch {name!r}", nearest(name, self.branches))
+        return tuple(column for column in self.columns if column.branch == name)
+
+    def channel(self, name: str) -> int:
+        """Position of a channel. Raises CaseError with the nearest name."""
+        if name not in self.channels:
+            raise CaseError(f"bifurcation diagram of {self.model!r}", f"no channel {name!r}", nearest(name, self.channels))
+        return self.channels.index(name)
+
+    def coexisting(self, tolerance: float = 1e-3) -> Array:
+        """Values (rising) where branches have settled to different motions, of different period or farther apart per scale."""
+        found = []
+        for value in self.values.tolist():
+            here = [column for column in self.columns if column.value == value and column.settled]
+            if any(_apart(here[0], other) > tolerance for other in here[1:]):
+                found.append(value)
+        return np.array(found)
+
+    def __str__(self) -> str:
+        unsettled = sum(not column.settled for column in self.columns)
+        periods = sorted({column.period for column in self.columns if column.settled})
+        found = f"periods {', '.join(map(str, periods))}" if periods else "no period"
+        rest = f"; {unsettled} of {len(self.columns)} columns did not come to stand still" if unsettled else ""
+        return (
+            f"bifurcation diagram of {self.model!r} over {self.parameter}: {len(self.values)} values from {self.values[0]:.6g} "
+            f"to {self.values[-1]:.6g} {self.unit}, {len(self.branches)} branches, {found}{rest}"
+        )
+
+    __repr__ = __str__
+
+
+def _apart(one: Column, other: Column) -> float:
+    """Least distance of any strobe of one column from the last of the other; infinite for different periods."""
+    if one.period != other.period:
+        return float("inf")
+    return float(np.abs(one.sequence[-one.period :] - other.sequence[-1]).max(axis=1).min())
+
+
+def bifurcation(
+    case: Case,
+    parameter: str,
+    values: Sequence[Any],
+    channels: Sequence[str] | None = None,
+    *,
+    direction: str = "independent",
+    starts: Sequence[Start] | None = None,
+    also: Also | None = None,
+    count: int = 150,
+    transient: int = 200,
+    still: float | None = None,
+    base: str | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> BifurcationResult:
+    """A bifurcation diagram over ``values`` of a parameter (numbers in its SI unit, or texts with units).
+
+    ``direction``: "independent" (all columns at once, in lanes on all cores), "forward", "backward", or "both" of these.
+    ``starts``: several starts for independent columns ("static", "zero", or values of states by name). ``also(value)`` gives
+    further parameters that change with it. ``count``, ``transient``, ``still``, ``base`` and ``channels`` as in ``poincare``.
+    Raises CaseError, NamingError, ModelError, BalanceError for what cannot be.
+    """
+    question = "bifurcation"
+    model = compiled_model(case, question)
+    if direction not in DIRECTIONS:
+        raise CaseError(f"{question}, direction", f"is {direction!r}", nearest(str(direction), DIRECTIONS))
+    if starts is not None and direction != "independent":
+        raise CaseError(f"{question}, starts", f"are given with direction {direction!r}", 'leave them out, or take "independent"')
+    listed = sorted(set(parameter_values(model, parameter, values, question)))
+    names, patience = section_channels(model, channels), Patience(count, transient, still)
+    settings = [setting(case, **{parameter: value, **(also(value) if also else {})}) for value in listed]
+    if direction == "independent":
+        found = _independent(case, settings, listed, starts, patience, base, progress)
+    else:
+        found = _followed(settings, listed, direction, patience, base, progress)
+    columns = tuple(_column(value, branch, each, names) for branch, value, each in found)
+    return BifurcationResult(
+        model=model.name,
+        parameter=parameter,
+        unit=model.parameters.parameters[parameter].unit,
+        values=np.array(listed),
+        channels=names,
+        units=tuple(model.unit(name) for name in names),
+        columns=columns,
+        strobe=_strobe_text([each for _, _, each in found]),
+        still=patience.within(case.tolerance),
+    )
+
+
+Found = list[tuple[str, float, Strobed]]
+
+
+def _independent(
+    case: Case,
+    settings: list[Setting],
+    values: list[float],
+    starts: Sequence[Start] | None,
+    patience: Patience,
+    base: str | None,
+    progress: Callable[[float], None] | None,
+) -> Found:
+    if starts is None:
+        found = strobed(settings, patience, base=base, progress=progress)
+        return [("independent", value, each) for value, each in zip(values, found, strict=True)]
+    if not starts:
+        raise CaseError("bifurcation, starts", "are none", "give at least one")
+    every = [_start(case.model, each, start) for start in starts for each in settings]
+    found = strobed(settings * len(starts), patience, starts=every, base=base, progress=progress)
+    branches = [f"start {number}" for number in range(1, len(starts) + 1) for _ in settings]
+    return [(branch, value, each) for branch, value, each in zip(branches, values * len(starts), found, strict=True)]
+
+
+def _start(model: Compiled, each: Setting, start: Start) -> Array:
+    """A starting state without the neutral rigid angles. Raises CaseError for an unknown one."""
+    if isinstance(start, str) and start not in STARTS:
+        raise CaseError("bifurcation, starts", f"has {start!r}", nearest(start, STARTS))
+    state = starting_state(model, each.point, start)
+    state[list(model.equations.rigid)] = 0.0
+    return state
+
+
+def _followed(
+    settings: list[Setting],
+    values: list[float],
+    direction: str,
+    patience: Patience,
+    base: str | None,
+    progress: Callable[[float], None] | None,
+) -> Found:
+    """Columns one after the other, each from the last state of its neighbor; both directions side by side."""
+    last = len(settings) - 1
+    orders = {"forward": list(range(last + 1)), "backward": list(range(last, -1, -1))}
+    ways = list(orders) if direction == "both" else [direction]
+    states: list[Array] | None = None
+    found: dict[tuple[str, int], Strobed] = {}
+    for step in range(last + 1):
+        here = [orders[way][step] for way in ways]
+        done = strobed([settings[k] for k in here], patience, starts=states, base=base)
+        for way, k, each in zip(ways, here, done, strict=True):
+            found[way, k] = each
+        states = [each.final for each in done]
+        if progress is not None:
+            progress((step + 1) / (last + 1))
+    return [(way, value, found[way, k]) for way in ways for k, value in enumerate(values)]
+
+
+def _strobe_text(found: list[Strobed]) -> str:
+    """The strobe in words; without its period where that changes with the parameter."""
+    said = {str(each.strobe) for each in found}
+    return (
+        said.pop() if len(said) == 1 else f"{'common period' if found[0].strobe.complete else found[0].strobe.base} of each value"
+    )
+
+
+def _column(value: float, branch: str, found: Strobed, names: Sequence[str]) -> Column:
+    points = motion_of(found.setting.case.model, found.times, found.states, found.setting.point.p, names)[0]
+    return Column(
+        value=value,
+        branch=branch,
+        points=points,
+        sequence=found.sequence,
+        period=found.period,
+        residual=found.residual,
+        settled=found.settled,
+        transient=found.transient,
+        final=found.final,
+        outcome=found.outcome,
+        message=found.message,
+    )

@@ -1,0 +1,55 @@
+"""Separation margins and critical speeds of a line with one known frequency."""
+
+from __future__ import annotations
+
+import pytest
+
+from modelgen import Driveline, Inertia, Shaft, assemble, lower, modal
+from modelgen.analysis.limits.check import check_limits
+from modelgen.analysis.limits.separation import critical_speed_ratios, separation_margins
+from modelgen.analysis.linear.modal import ModalResult
+from modelgen.errors import CaseError, UnitError
+
+
+@pytest.fixture(scope="module")
+def result() -> ModalResult:
+    """Two disks at 176.0767 Hz (the two-disk test of openTorsion)."""
+    elements = (Inertia("a", inertia=211.4), Inertia("b", inertia=8.3), Shaft("s", "a", "b", stiffness=9.775e6))
+    return modal(lower(assemble(Driveline("two", elements=elements))))
+
+
+def test_margins_from_below_from_above_and_inside(result: ModalResult) -> None:
+    found = separation_margins(result, {"low": "160 Hz", "high": ("200 Hz", "220 Hz"), "range": (150.0, 180.0)})
+    assert found == {
+        "mode 2 (176.1 Hz) / low.separation_margin": pytest.approx(176.0767 / 160 - 1, rel=1e-5),
+        "mode 2 (176.1 Hz) / high.separation_margin": pytest.approx(1 - 176.0767 / 200, rel=1e-5),
+        "mode 2 (176.1 Hz) / range.separation_margin": 0.0,
+    }
+    verdicts = [row.verdict for row in check_limits(found, "api_617_separation").rows]
+    assert verdicts == ["pass", "pass", "fail"]
+
+
+def test_critical_speeds_per_order(result: ModalResult) -> None:
+    found = critical_speed_ratios(result, {"order 6": 6, "order 4.5": 4.5}, "1800 rpm")
+    assert found["mode 2 (176.1 Hz) / order 6.critical_speed_ratio"] == pytest.approx(176.0767 / 180, rel=1e-6)
+    assert found["mode 2 (176.1 Hz) / order 4.5.critical_speed_ratio"] == pytest.approx(176.0767 / 135, rel=1e-6)
+    verdicts = [row.verdict for row in check_limits(found, "kr_major_critical_propulsion").rows]
+    assert verdicts == ["fail", "pass"]
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        (("80 Hz", "70 Hz"), "excitation 'x': runs from 80 to 70 Hz; give the lowest frequency first"),
+        ((1.0, 2.0, 3.0), "excitation 'x': is .*; give a frequency, or a lowest and a highest one"),
+        (0.0, "excitation 'x': is 0 Hz; give a positive value"),
+    ],
+)
+def test_excitations_are_read_strictly(result: ModalResult, given: object, words: str) -> None:
+    with pytest.raises(CaseError, match=words):
+        separation_margins(result, {"x": given})
+
+
+def test_a_speed_is_no_frequency(result: ModalResult) -> None:
+    with pytest.raises(UnitError, match="'Hz' is ambiguous for an angular speed"):
+        critical_speed_ratios(result, {"once": 1}, "30 Hz")

@@ -1,0 +1,157 @@
+"""Lyapunov exponents that are known: on paper, in the literature, and from the multipliers of a periodic orbit."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from modelgen.analysis import ExponentsResult, lyapunov_exponents, periodic_orbit
+from modelgen.analysis.stability.course import Course
+from modelgen.analysis.stability.interval import half_width, student
+from modelgen.drivelines import load
+from modelgen.equations import assemble, system
+from modelgen.errors import CaseError
+from modelgen.lowering import Compiled, lower
+from modelgen.solvers import Case
+from modelgen.solvers.problem import SolverOptions
+
+LORENZ = {"x": 1.0, "y": 1.0, "z": 20.0}, {"x": "10*(y - x)", "y": "x*(28 - z) - y", "z": "x*y - 8*z/3"}
+ROESSLER = {"x": 1.0, "y": 1.0, "z": 0.0}, {"x": "-y - z", "y": "x + 0.2*y", "z": "0.2 + z*(x - 5.7)"}
+OSCILLATOR = {"x": 1.0, "v": 0.0}
+VM = {"backend": "vm"}
+
+
+def plain(states: dict[str, float], rates: dict[str, str]) -> Compiled:
+    return lower(system(states, rates))
+
+
+def exponents(states: dict[str, float], rates: dict[str, str], end: float, **options: Any) -> ExponentsResult:
+    chosen = {name: options.pop(name) for name in ("largest", "stretch") if name in options}
+    return lyapunov_exponents(Case(plain(states, rates), end=end, **{"tolerance": 1e-9, **options}), **chosen)
+
+
+@pytest.mark.parametrize("backend", ["vm", "auto"])
+def test_decay(backend: str) -> None:
+    found = exponents({"x": 1.0}, {"x": "-x"}, 20.0, options={"backend": backend})
+    assert found.exponents == pytest.approx([-1.0], abs=1e-8)
+    assert (found.sign, found.dimension, found.flow, found.complete) == ("negative", 0.0, None, True)
+    assert abs(found.trace_gap) < 1e-8
+
+
+def test_the_damped_oscillator_loses_half_of_its_damping_in_each_direction() -> None:
+    found = exponents(OSCILLATOR, {"x": "v", "v": "-x - 0.2*v"}, 400.0, options=VM)
+    assert np.all(np.abs(found.exponents + 0.1) < np.minimum(found.half_width, 1e-3))
+    assert found.exponents.sum() == pytest.approx(-0.2, abs=1e-8)
+    assert (found.sign, found.flow) == ("negative", None)
+
+
+def test_the_undamped_oscillator_has_zeros_and_nothing_is_decided() -> None:
+    found = exponents(OSCILLATOR, {"x": "v", "v": "-x"}, 200.0, options=VM)
+    assert np.abs(found.exponents).max() < 1e-9
+    assert found.sign == "undecided"
+
+
+def test_a_limit_cycle() -> None:
+    """Van der Pol, mu = 1: the period is 6.66328686, and the mean of mu (1 - x^2) over it is the other exponent."""
+    found = exponents(OSCILLATOR, {"x": "v", "v": "(1 - x**2)*v - x"}, 1000.0, record_from=50.0)
+    orbit = periodic_orbit(Case(plain(OSCILLATOR, {"x": "v", "v": "(1 - x**2)*v - x"}), end=40.0))
+    assert (found.flow, found.sign, found.dimension) == (0, "negative", 1.0)
+    assert abs(found.exponents[0]) < 1e-3
+    assert found.exponents[1] == pytest.approx(math.log(orbit.largest) / orbit.period, abs=2e-3)
+    assert abs(found.trace_gap) < 1e-8
+
+
+def test_lorenz() -> None:
+    """C1: 0.9056, 0, -14.5723 and dimension 2.062 (J. C. Sprott, Chaos and Time-Series Analysis, 2003)."""
+    found = exponents(*LORENZ, 1050.0, record_from=50.0, tolerance=1e-10)
+    assert found.exponents == pytest.approx([0.9056, 0.0, -14.5723], abs=0.01)
+    assert found.divergence == pytest.approx(-41 / 3, abs=1e-12)
+    assert abs(found.trace_gap) < 1e-8
+    assert found.dimension == pytest.approx(2.062, abs=2e-3)
+    assert (found.sign, found.flow) == ("positive", 1)
+    assert np.all(np.abs(found.exponents - [0.9056, 0.0, -14.5723]) < found.half_width)
+    assert found.half_width.max() < 0.05
+
+
+def test_the_largest_alone_is_the_same() -> None:
+    found = exponents(*LORENZ, 550.0, record_from=50.0, largest=True)
+    assert abs(found.exponents[0] - 0.9056) < found.half_width[0] < 0.1
+    assert (len(found.exponents), found.complete, found.sign, found.flow) == (1, False, "positive", None)
+    assert math.isnan(found.trace_gap)
+    assert math.isnan(found.dimension)
+
+
+def test_roessler() -> None:
+    """C2: 0.0714, 0, -5.3943 (J. C. Sprott, Chaos and Time-Series Analysis, 2003)."""
+    found = exponents(*ROESSLER, 8200.0, record_from=200.0, tolerance=1e-10)
+    away = np.abs(found.exponents - [0.0714, 0.0, -5.3943])
+    assert np.all(away < np.maximum(found.half_width, 0.003))
+    assert found.half_width.max() < 0.02
+    assert abs(found.trace_gap) < 1e-8
+
+
+def test_the_commensurate_truck_agrees_with_its_multipliers() -> None:
+    """The rigid pair apart, thirty that are negative; pairs of multipliers 0.138486 and 0.084014 over 0.378947 s."""
+    model = lower(assemble(load("fracturing-truck-commensurate")))
+    period = 12 * 60 / 1900
+    found = lyapunov_exponents(Case(model, end=24 * period, record_from=4 * period, tolerance=1e-5))
+    assert found.neutral == ("flywheel.angle_deviation", "flywheel.angle_deviation_rate")
+    assert (len(found.exponents), found.sign, found.period) == (30, "negative", pytest.approx(period))
+    assert found.exponents[:4].mean() == pytest.approx(math.log(0.138486 * 0.084014) / 2 / period, abs=0.05)
+    assert abs(found.trace_gap) < 0.1
+    assert found.duration / period == pytest.approx(round(found.duration / period))
+
+
+def test_a_span_that_is_too_short_and_a_stretch_that_is_none() -> None:
+    with pytest.raises(CaseError, match=r"from 0 to 10 s holds 10 stretches of 1 s, of which at least 16 are needed"):
+        exponents({"x": 1.0}, {"x": "-x"}, 10.0, stretch=1.0)
+    with pytest.raises(CaseError, match=r"stretch: is -1.0; give a positive time"):
+        exponents({"x": 1.0}, {"x": "-x"}, 10.0, stretch=-1.0)
+    with pytest.raises(CaseError, match="motion: stopped at t = "):
+        exponents({"x": 1.0}, {"x": "x**2"}, 10.0)
+
+
+def test_progress_reaches_its_end() -> None:
+    seen: list[float] = []
+    exponents({"x": 1.0}, {"x": "-x"}, 20.0, options={"progress": seen.append, "backend": "vm"})
+    assert seen[-1] == 1.0
+
+
+def test_intervals_of_independent_terms_hold_19_of_20_times() -> None:
+    rng = np.random.default_rng(7)
+    means = rng.standard_normal((640, 400))
+    held = np.abs(means.mean(axis=0)) < half_width(means)
+    assert 0.93 < held.mean() < 1.0
+    assert half_width(means).mean() == pytest.approx(1.96 / math.sqrt(640), rel=0.25)
+
+
+def test_intervals_grow_where_terms_hang_together() -> None:
+    rng = np.random.default_rng(7)
+    noise = rng.standard_normal((6400, 1))
+    walk = np.zeros_like(noise)
+    for k in range(1, len(noise)):
+        walk[k] = 0.9 * walk[k - 1] + noise[k]
+    assert float(half_width(walk)[0]) == pytest.approx(1.96 / (1 - 0.9) / math.sqrt(6400), rel=0.35)
+    assert np.isnan(half_width(noise[:15])).all()
+
+
+@pytest.mark.parametrize(("freedom", "wanted"), [(4, 2.776), (7, 2.365), (15, 2.131), (31, 2.040), (63, 1.998)])
+def test_student(freedom: int, wanted: float) -> None:
+    assert student(freedom) == pytest.approx(wanted, rel=6e-3 if freedom < 5 else 1e-3)
+
+
+def test_a_course_goes_on_where_it_was() -> None:
+    from modelgen.analysis.stability.coordinates import vibration_of
+
+    problem = vibration_of(Case(plain(OSCILLATOR, {"x": "v", "v": "-x"}), end=1.0)).problem
+    course = Course(problem, "rk4", SolverOptions(1e-10))
+    first = course.advance(np.array([0.5, 1.0]))
+    again = course.advance(np.array([2.0]))
+    assert [each.t0 for each in (*first, *again)] == [0.0, 0.5, 1.0]
+    assert again[0].x0 == pytest.approx([math.cos(1.0), -math.sin(1.0)], abs=1e-8)
+    assert course.state[0] == pytest.approx(math.cos(2.0), abs=1e-8)
+    assert course.advance(np.array([2.0])) == []
+    assert course.moves()

@@ -26,15 +26,12 @@ from modelgen.solvers.watch import Watch
 class Lanes:
     """The runs in the order in which they were asked for.
 
-    ``lowest``, ``highest`` (runs, nx): extremes of each state over ends and middles of the steps (methods without a middle: ends)
-    from the first output time on (not finite where a run did not get there). ``final`` (runs, nx): the state where each ended.
+    ``final`` (runs, nx): the state where each ended.
     ``channels`` (runs, samples, nc): at the output times, if kept; NaN beyond those that were reached.
     ``channel_...`` (runs, nc): over the output times that were reached; not finite where there were none.
     """
 
     trajectories: tuple[Trajectory, ...]
-    lowest: Vector
-    highest: Vector
     final: Vector
     channels: Vector | None = None
     channel_lowest: Vector | None = None
@@ -67,14 +64,14 @@ def solve_lanes(
     runs.go(threads=min(count, -(-len(problems) // solver.lanes)))
     trajectories = tuple(runs.trajectory(job) for job in range(len(problems)))
     memory = runs.memory
-    extremes = (memory.x0 + memory.extrema[:, 0], memory.x0 + memory.extrema[:, 1], memory.x0 + memory.last[:, 0])
+    final = memory.x0 + memory.last[:, 0]
     if memory.reduced is None:
-        return Lanes(trajectories, *extremes)
+        return Lanes(trajectories, final)
     reached = np.maximum(memory.counts[:, COUNTS.index("reached")], 0)[:, None, None]
     sums = memory.reduced[:, 2:]
     means = np.divide(sums, reached, out=np.full_like(sums, np.nan), where=reached > 0)
     low, high = memory.reduced[:, 0], memory.reduced[:, 1]
-    return Lanes(trajectories, *extremes, memory.kept, low, high, means[:, 0], means[:, 1])
+    return Lanes(trajectories, final, memory.kept, low, high, means[:, 0], means[:, 1])
 
 
 def cores() -> int:

@@ -45,7 +45,7 @@ class NativeMemory:
         self.p, self.x0, self.scale = (np.array([getattr(each, name) for each in problems]) for name in ("p", "x0", "scale"))
         self.times = np.array([each.times for each in problems[: 1 if shared else jobs]])
         self.states = np.zeros((jobs, samples, n)) if gather.states else None
-        self.last, self.extrema = np.zeros((jobs, 2, n)), np.full((jobs, 2, n), np.nan)
+        self.last = np.zeros((jobs, 2, n))
         self.counts, self.facts = np.zeros((jobs, len(COUNTS)), dtype=np.int64), np.zeros((jobs, len(FACTS)))
         self.counts[:, 0] = UNTOUCHED
         self.next = np.zeros(1, dtype=np.int64)
@@ -72,7 +72,7 @@ class NativeMemory:
         self.p_now: Vector | None = None
         self._observe(gather, jobs, samples)
         self._switch(problems, options)
-        for name in ("p", "x0", "scale", "times", "states", "last", "extrema", "facts", "kept", "reduced", "p_now"):
+        for name in ("p", "x0", "scale", "times", "states", "last", "facts", "kept", "reduced", "p_now"):
             self._point(name)
         for name in ("next", "counts"):
             self._point(name, ctypes.c_int64)

@@ -307,7 +307,7 @@ def bits(lanes: Lanes) -> list[bytes]:
             log.states,
             log.counts,
             log.shares,
-            lanes.lowest[index],
+            lanes.final[index],
             lanes.channels[index],
         )
         parts.append(b"".join(array.tobytes() for array in (*arrays, lanes.channels[index])))

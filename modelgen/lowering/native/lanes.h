@@ -3,7 +3,7 @@
  * WIDTH is 4 where one trajectory runs (its times are computed side by side), else what the processor holds in one register.
  * Every function works on each lane by itself: what a lane gives does not depend on its neighbors. Sine and cosine: reduction by
  * pi/2 in two parts with fused multiply-add (Cody and Waite), kernels of FDLIBM (Sun Microsystems, k_sin.c and k_cos.c), below
- * 2 ulp; beyond 2^28, and for all other functions, the C library's, lane by lane. */
+ * 2 ulp; beyond 2^28 the C library's, lane by lane; exponential and logarithm likewise (below); all other functions the C library's. */
 #include <stdint.h>
 #include <string.h>
 
@@ -11,6 +11,9 @@
 #include <immintrin.h>
 #endif
 #ifdef SINGLE
+#if defined(__AVX512F__) && defined(__GNUC__) && !defined(__clang__)
+#pragma GCC target("prefer-vector-width=256") /* the short loops of one trajectory run slower in wider ones */
+#endif
 #define WIDTH 4
 #elif defined(__AVX512F__)
 #define WIDTH 8
@@ -58,9 +61,54 @@ V_ONE(sqrt) V_ONE(floor) V_ONE(ceil)
 INLINE int v_any(v_mask m) { int64_t found = 0; for (int i = 0; i < WIDTH; ++i) found |= m[i]; return found != 0; }
 #endif
 
-V_ONE(exp) V_ONE(log) V_ONE(tan) V_ONE(asin) V_ONE(acos) V_ONE(atan) V_ONE(sinh) V_ONE(cosh) V_ONE(tanh)
+V_ONE(tan) V_ONE(asin) V_ONE(acos) V_ONE(atan) V_ONE(sinh) V_ONE(cosh) V_ONE(tanh)
 V_ONE(asinh) V_ONE(acosh) V_ONE(atanh) V_ONE(erf) V_ONE(log1p) V_ONE(expm1)
 V_TWO(pow) V_TWO(atan2) V_TWO(fmod) V_TWO(copysign) V_TWO(hypot) V_TWO(remainder)
+
+/* Exponential: by powers of two and Taylor's polynomial on what is left (below 0.35); beyond 700, the C library's. */
+static __attribute__((unused)) V v_exp(V a) {
+  const double shift = 6755399441055744.0; /* 1.5 * 2^52: adding it rounds to a whole number, found in the lowest bits */
+  V shifted = v_fma(a, v_all(1.44269504088896338700e+00), v_all(shift)), turns = shifted - shift;
+  V r = v_fma(-turns, v_all(6.93147180369123816490e-01), a);
+  r = v_fma(-turns, v_all(1.90821492927058770002e-10), r);
+  V s = v_all(1.0 / 6227020800);
+  s = v_fma(r, s, v_all(1.0 / 479001600));
+  s = v_fma(r, s, v_all(1.0 / 39916800));
+  s = v_fma(r, s, v_all(1.0 / 3628800));
+  s = v_fma(r, s, v_all(1.0 / 362880));
+  s = v_fma(r, s, v_all(1.0 / 40320));
+  s = v_fma(r, s, v_all(1.0 / 5040));
+  s = v_fma(r, s, v_all(1.0 / 720));
+  s = v_fma(r, s, v_all(1.0 / 120));
+  s = v_fma(r, s, v_all(1.0 / 24));
+  s = v_fma(r, s, v_all(1.0 / 6));
+  s = v_fma(r, s, v_all(0.5));
+  s = v_fma(r * r, s, r) + 1.0;
+  V found = s * (V)(((v_mask)shifted << 52) + 0x3ff0000000000000);
+  v_mask far = ~(v_fabs(a) < 700.0);
+  if (v_any(far))
+    for (int i = 0; i < WIDTH; ++i)
+      if (far[i]) found[i] = exp(a[i]);
+  return found;
+}
+
+/* Natural logarithm: reduction to half an octave around 1 and the kernel of FDLIBM (Sun Microsystems, e_log.c), below 1 ulp; the C library's
+ * for what is not a positive normal number. */
+static __attribute__((unused)) V v_log(V a) {
+  v_mask bits = (v_mask)a, up = (bits & 0xfffffffffffff) + 0x95f64ffffffff; /* carries into the exponent from the root of two on */
+  v_mask power = (bits >> 52) - 1023 + (up >> 52);
+  V m = (V)(bits - (power << 52)), whole = __builtin_convertvector(power, V);
+  V f = m - 1.0, s = f / (2.0 + f), z = s * s, w = z * z, half = 0.5 * f * f;
+  V one = w * v_fma(w, v_fma(w, v_all(1.531383769920937332e-01), v_all(2.222219843214978396e-01)), v_all(3.999999999940941908e-01));
+  V two = v_fma(w, v_fma(w, v_all(1.479819860511658591e-01), v_all(1.818357216161805012e-01)), v_all(2.857142874366239149e-01));
+  two = z * v_fma(w, two, v_all(6.666666666666735130e-01));
+  V found = whole * 6.93147180369123816490e-01 - ((half - v_fma(s, half + (one + two), whole * 1.90821492927058770002e-10)) - f);
+  v_mask odd = ~((a >= 2.2250738585072014e-308) & (a <= 1.7976931348623157e308));
+  if (v_any(odd))
+    for (int i = 0; i < WIDTH; ++i)
+      if (odd[i]) found[i] = log(a[i]);
+  return found;
+}
 
 /* Sine and cosine of angle + rest, where |rest| is of the order of the rounding of the angle. */
 static __attribute__((unused)) void v_sine_cosine(V angle, V rest, V *sine, V *cosine) {

@@ -26,13 +26,19 @@ _FUNCTION = "static __attribute__((noinline, unused)) void"
 
 
 def stage_function(
-    printer: StagePrinter, name: str, arguments: str, values: Sequence[int], results: Sequence[int], target: str
+    printer: StagePrinter,
+    name: str,
+    arguments: str,
+    values: Sequence[int],
+    results: Sequence[int],
+    target: str,
+    large: int | None = None,
 ) -> list[str]:
     """C text of ``name(arguments)``, which computes ``values`` (one stage, in order) and writes ``results`` to ``target``.
 
-    Flat or in loops, by size. Whatever a loop needs stands before the function.
+    Flat or in loops (from ``large`` values on, by default LARGE). Whatever a loop needs stands before the function.
     """
-    if len(values) < LARGE:
+    if len(values) < (LARGE if large is None else large):
         quiet = _quiet(_names(arguments))
         return [
             f"{_FUNCTION} {name}({arguments}) {{",

@@ -11,8 +11,6 @@ static void report(const Task *task, const Work *k, int lane, int64_t outcome) {
   if (task->p_now) memcpy(task->p_now + job * NP, k->p[lane], NP * sizeof(double));
   for (int i = 0; i < NX; ++i) {
     last[i] = get(&k->y[i], lane), last[NX + i] = get(&k->now.y_end[i], lane);
-    task->extrema[2 * job * NX + i] = get(&k->low[i], lane);
-    task->extrema[(2 * job + 1) * NX + i] = get(&k->high[i], lane);
   }
 }
 
@@ -52,6 +50,15 @@ static int refuse(const Task *task, Work *k, int lane, double factor) {
   k->h[lane] *= factor, k->growth[lane] = 1.0; /* it grows not at once after a rejection */
   if (k->h[lane] < k->floor[lane]) k->h[lane] = k->floor[lane], finish(task, k, lane, STEP_TOO_SMALL);
   return 0;
+}
+
+/* How much longer the next step may be, by the errors of this one and the one before: error^(-0.85 e) before^(0.2 e), e = 1/order, by
+ * one logarithm and one exponential. */
+static void weigh(const Task *task, Work *k, S error, S miss) {
+  S before;
+  memcpy(&before, k->log_before, sizeof before);
+  k->log_error = S_(log)(S_(larger)(S_(larger)(error / S_(all)(task->tolerance), miss), S_(all)(1e-10)));
+  k->factor = S_(all)(0.9) * S_(exp)(S_(all)(-0.85 * EXPONENT) * k->log_error + S_(all)(0.2 * EXPONENT) * before);
 }
 
 /* Decide on the step that was tried: 1 if the lane takes it over. save: the lane tries a longer one first; restore: which fails. */
@@ -94,10 +101,8 @@ static int judge(const Task *task, Work *k, int lane, double difference, double 
     return 1;
   }
   if (!(error <= 1)) return refuse(task, k, lane, error < INFINITY ? larger(0.2, 0.9 * pow(error, -EXPONENT)) : 0.2);
-  double log_error = log(larger(error, 1e-10)); /* error^(-0.85 e) before^(0.2 e), e = 1/order, by one logarithm and one exponential */
-  double factor = 0.9 * exp(-0.85 * EXPONENT * log_error + 0.2 * EXPONENT * k->log_before[lane]);
-  k->wanted[lane] = larger(k->floor[lane], h * smaller(k->growth[lane], larger(0.2, factor)));
-  k->log_before[lane] = log_error, k->growth[lane] = 5.0;
+  k->wanted[lane] = larger(k->floor[lane], h * smaller(k->growth[lane], larger(0.2, get(&k->factor, lane))));
+  k->log_before[lane] = get(&k->log_error, lane), k->growth[lane] = 5.0;
   return 1;
 }
 

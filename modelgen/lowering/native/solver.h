@@ -28,7 +28,6 @@ static int64_t begin(const Task *task, Work *k, int lane, int64_t job) {
   for (int i = 0; i < NX; ++i) {
     put(&k->x0[i], lane, task->x0[job * NX + i]), put(&k->inverse[i], lane, 1.0 / task->scale[job * NX + i]);
     put(&k->y[i], lane, 0.0), put(&k->now.y_end[i], lane, 0.0);
-    put(&k->low[i], lane, times[0] == task->begin ? 0.0 : INFINITY), put(&k->high[i], lane, times[0] == task->begin ? 0.0 : -INFINITY);
   }
   k->job[lane] = job, k->t[lane] = k->since[lane] = task->begin, k->end[lane] = times[task->samples - 1];
   reach = larger(fabs(k->t[lane]), fabs(k->end[lane]));
@@ -129,27 +128,11 @@ static void keep(Work *k, const double *save, const double *restore) {
   }
 }
 
-/* Extremes of the states at the middle and end of the steps that were taken. */
-static void record(Work *k, const double *recording) {
-  memcpy(&k->recording, recording, sizeof(S));
-  S_MASK on = k->recording != S_(all)(0.0);
-  for (int i = 0; i < NX; ++i) {
-#if NODES
-    S middle = k->now.y_middle[i], end = k->now.y_end[i];
-    S below = S_(select)(middle < end, middle, end), above = S_(select)(middle > end, middle, end);
-#else
-    S below = k->now.y_end[i], above = k->now.y_end[i];
-#endif
-    k->low[i] = S_(select)(on & (below < k->low[i]), below, k->low[i]);
-    k->high[i] = S_(select)(on & (above > k->high[i]), above, k->high[i]);
-  }
-}
-
 /* The steps that were accepted: events, outputs, and the state that each lane goes on from. */
 static void take_steps(const Task *task, Work *k, Log *log, const double *accepted) {
-  double whole[LANES], again[LANES], recording[LANES], y[LANES][NX];
+  double whole[LANES], again[LANES], y[LANES][NX];
   int64_t outcome[LANES];
-  int any = 0, cuts = 0;
+  int cuts = 0, all = 1;
   for (int lane = 0; lane < LANES; ++lane) {
     outcome[lane] = RUNNING, again[lane] = 0.0;
     k->until[lane] = k->t_new[lane], k->finds[lane] = 0, k->dense_used[lane] = EXTRA && task->crossings;
@@ -161,33 +144,29 @@ static void take_steps(const Task *task, Work *k, Log *log, const double *accept
   write_outputs(task, k, accepted);
   for (int lane = 0; lane < LANES; ++lane) {
     whole[lane] = accepted[lane];
-    if (accepted[lane] == 0) continue;
+    if (accepted[lane] == 0) {
+      all = 0;
+      continue;
+    }
     if (k->finds[lane]) {
       outcome[lane] = happen(task, k, log, lane, y[lane]);
       if (k->jumped[lane]) whole[lane] = 0.0, again[lane] = 1.0, cuts = 1;
     }
     if (task->crossings && whole[lane] != 0 && LANE(k->suspects, lane)) keep_signs(task, k, lane);
-    recording[lane] = whole[lane] != 0 && k->t[lane] >= task->times[k->job[lane] * task->times_stride];
-    any |= recording[lane] != 0;
+    all &= whole[lane] != 0;
     advance(task, k, lane);
   }
-  for (int lane = 0; lane < LANES; ++lane)
-    if (accepted[lane] == 0) recording[lane] = 0.0;
-  if (any) record(k, recording);
   memcpy(&k->accepted, whole, sizeof(S));
   S_MASK take = k->accepted != S_(all)(0.0);
-  for (int i = 0; i < NX; ++i) {
+  for (int i = 0; i < NX && all; ++i) k->y[i] = k->now.y_end[i], k->now.k[0][i] = k->now.k[END][i];
+  for (int i = 0; i < NX && !all; ++i) {
     k->y[i] = S_(select)(take, k->now.y_end[i], k->y[i]);
     k->now.k[0][i] = S_(select)(take, k->now.k[END][i], k->now.k[0][i]);
   }
   for (int64_t n = 0; n < 2 * RATES; ++n) k->guard[START][n] = S_(select)(take, k->guard[FULL][n], k->guard[START][n]);
   for (int lane = 0; lane < LANES; ++lane) {
     if (again[lane] != 0) {
-      int seen = k->t[lane] >= task->times[k->job[lane] * task->times_stride];
-      for (int i = 0; i < NX; ++i) {
-        put(&k->y[i], lane, y[lane][i]);
-        if (seen) put(&k->low[i], lane, smaller(get(&k->low[i], lane), y[lane][i])), put(&k->high[i], lane, larger(get(&k->high[i], lane), y[lane][i]));
-      }
+      for (int i = 0; i < NX; ++i) put(&k->y[i], lane, y[lane][i]);
       k->evaluations[lane] += outcome[lane] == RUNNING;
     }
     if (outcome[lane] != RUNNING) finish(task, k, lane, outcome[lane]), again[lane] = 0.0;
@@ -225,6 +204,7 @@ int64_t modelgen_run(const Task *task, Work *k, Log *log, int64_t steps) {
     S error, guard, size, miss = S_(all)(0.0);
     try_step(k, task->correction, &error, &guard, &size);
     if (task->crossings) miss = watch(task, k);
+    if (task->rule == SMOOTH) weigh(task, k, error, miss);
     for (int lane = 0; lane < LANES; ++lane) {
       accepted[lane] = save[lane] = restore[lane] = 0.0;
       if (k->job[lane] >= 0)

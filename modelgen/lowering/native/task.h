@@ -9,7 +9,7 @@ typedef s_mask S_MASK;
 #define S_(name) s_##name
 #define LANE(a, i) (a)
 #define CHOOSE(m, a, b) ((m) ? (a) : (b))
-INLINE double s_larger(double a, double b) { return a > b ? a : b; } /* b where a is NaN */
+INLINE double s_larger(double a, double b) { return a > b ? a : b; } /* b where one is NaN */
 #define ONE_LANE(a, lane) (a) /* one lane's value in all slots */
 #define TIME_VALUE double
 #define TIME_STRIDE BUNDLE
@@ -54,7 +54,6 @@ typedef struct {
   const double *p, *x0, *scale, *times; /* [jobs][NP], [jobs][NX], [jobs][NX], [jobs or 1][samples] */
   double *states;                      /* [jobs][samples][NX], counted from x0, or NULL */
   double *last;                        /* [jobs][2][NX]: where the run stands, and where a diverged step led to, from x0 */
-  double *extrema;                     /* [jobs][2][NX]: lowest and highest state from the first output time on, from x0 */
   double *p_now;                       /* [jobs][NP]: parameters with the flags of the present modes, or NULL */
   double *kept, *reduced;              /* channels: [jobs][samples][outputs] or NULL, [jobs][REDUCTIONS][outputs] */
   int64_t *first_modes;                /* [jobs][variables]: where the run began */
@@ -92,7 +91,7 @@ typedef struct {
 } Trial;
 
 typedef struct {
-  S c[NC + 1], x0[NX], inverse[NX], y[NX], low[NX], high[NX]; /* what stays between steps */
+  S c[NC + 1], x0[NX], inverse[NX], y[NX]; /* what stays between steps */
   Trial now;                                                  /* the step that was tried last */
   S base[NX], x[NX], gain[GAINS + 1][NX];
 #ifdef SINGLE
@@ -103,7 +102,8 @@ typedef struct {
   double window_begin[GROUPS + 1][LANES], window_end[GROUPS + 1][LANES];
   S_MASK suspects;
   S fresh; /* not 0: the lane has just started, and its guards may have other signs than their values */
-  S time, step, accepted, recording; /* as lanes see them */
+  S time, step, accepted; /* as lanes see them */
+  S log_error, factor;               /* of the step that was tried last */
   double t[LANES], h[LANES], t_new[LANES], until[LANES], wanted[LANES], log_before[LANES], growth[LANES], end[LANES], floor[LANES];
   double smallest[LANES], largest[LANES], kept_h[LANES], kept_t_new[LANES];
   int64_t job[LANES], steps[LANES], tried[LANES], rejected[LANES], evaluations[LANES], reached[LANES], grid[LANES], doubling[LANES], halving[LANES], jumped[LANES];

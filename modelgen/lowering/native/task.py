@@ -32,7 +32,7 @@ class Task(ctypes.Structure):
     _fields_ = (
         *((name, ctypes.c_int64) for name in ("jobs", "samples", "times_stride")),
         ("next", _COUNTS),
-        *((name, _DOUBLES) for name in ("p", "x0", "scale", "times", "states", "last", "extrema", "p_now", "kept", "reduced")),
+        *((name, _DOUBLES) for name in ("p", "x0", "scale", "times", "states", "last", "p_now", "kept", "reduced")),
         *((name, _COUNTS) for name in ("first_modes", "happened")),
         ("held", _DOUBLES),
         ("counts", _COUNTS),

@@ -15,6 +15,7 @@ from modelgen.lowering.native.looped import stage_function
 from modelgen.lowering.native.stages import Stages
 
 COEFFICIENTS = 16  # of a polynomial; times.h says how wide a window they serve
+SELDOM = 100  # values: functions that are called seldom are in loops from here on, which are built faster
 
 Table = list[list[float]]
 
@@ -52,7 +53,7 @@ def window_functions(stages: Stages) -> list[str]:
         lines += ["#undef C", f"#define C(i) {macro}"]
         for number, group in enumerate(stages.waves):
             printer = StagePrinter(stages, "v_", "V", Level.TIME, time=time, clock=clock)
-            lines += stage_function(printer, f"group_{number}_{name}", arguments, group.values, group.results, "out")
+            lines += stage_function(printer, f"group_{number}_{name}", arguments, group.values, group.results, "out", SELDOM)
     numbers = range(len(stages.waves))
     lines += ["static void group_between(int group, const S *c, int lane, V t, V rest, V *out) {", "  switch (group) {"]
     lines += [f"  case {number}: group_{number}_between(c, lane, t, rest, out); break;" for number in numbers]

@@ -99,10 +99,12 @@ def table(summary: Mapping[str, Any]) -> str:
     lines += _rows(["question", "error", *COLUMNS], rows) if rows else []
     if found := summary.get("diagram"):
         said = (
-            f"Bifurcation diagram: {found['columns']} columns, {found['revolutions']} revolutions each; "
-            f"fastest peer: {found['fastest_peer'] or 'none'}, ratio {_cell(found['ratio'])}."
+            f"Bifurcation diagram: {found['columns']} columns of {found['revolutions']} revolutions. "
+            f"The {found['compared']} that can be compared point by point (seconds): fastest peer {found['fastest_peer']}, "
+            f"ratio {_cell(found['ratio'])}; all of them (whole_s): {found['fastest_peer_whole']}, "
+            f"ratio {_cell(found['ratio_whole'])} to {found['ours_whole']}."
         )
-        heads = ["name", "tolerance", "seconds", "error"]
+        heads = ["name", "tolerance", "error", "seconds", "whole_s"]
         lines += [said, "", *_rows(heads, [[row[key] for key in heads] for row in found["rows"]])]
     if found := summary.get("scaling"):
         heads = list(dict.fromkeys(key for row in found.values() for key in row))

@@ -41,14 +41,14 @@ def color_of(name: str) -> str:
 
 
 def figure(curves: list[Curve], which: str, title: str, shown: str, path: Path) -> None:
-    """Seconds per trajectory over the error: a color for each package, a marker for each of its solvers; ours are drawn bold."""
+    """Seconds per trajectory over the error: a color for each package, a marker for each of its solvers."""
     absent = [curve.name for curve in curves if not curve.points(which)]
     drawn_curves = [curve for curve in curves if curve.points(which)]
     with style():
         drawn = sheet(
             title, "error against cost",
             f"{machine()}; {date.today().isoformat()}. Lower left is better. Every solver at several tolerances; those of "
-            f"modelgen are bold.{' Without a result: ' + '; '.join(absent) + '.' if absent else ''}",
+            f"modelgen are bold. Solid: events are located.{' Without a result: ' + '; '.join(absent) + '.' if absent else ''}",
             height=10.5,
         )  # fmt: skip
         axes = drawn.subplots()
@@ -60,7 +60,7 @@ def figure(curves: list[Curve], which: str, title: str, shown: str, path: Path) 
             located = "events" in curve.name and "without" not in curve.name
             axes.loglog(
                 errors, seconds, marker=MARKERS[k], color=color, label=curve.name, zorder=4 if own else 3,
-                linewidth=1.8 if own else 0.8, linestyle="-" if own or located else "--", markersize=4.5 if own else 4,
+                linewidth=1.6 if own else 0.8, linestyle="-" if located else "--", markersize=4.5 if own else 4,
                 markerfacecolor=color if own else "white", markeredgewidth=0.9,
             )  # fmt: skip
         axes.axvline(1e-5, color=GRAY, linewidth=0.6, linestyle=(0, (4, 2)), zorder=1)
@@ -70,7 +70,7 @@ def figure(curves: list[Curve], which: str, title: str, shown: str, path: Path) 
         )  # fmt: skip
         axes.set_xlabel(f"largest error of any channel per half its peak-to-peak{shown} [-]")
         axes.set_ylabel("seconds per trajectory [s]")
-        drawn.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=6.5)
+        drawn.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=6.5, handlelength=3.6)
         drawn.savefig(path)
 
 

@@ -17,14 +17,14 @@ from .workload import Workload
 
 
 def parameters(work: Workload) -> np.ndarray:
-    """What differs within a sweep: damping of the shafts."""
-    return work.shafts[:, 3]
+    """What differs within a sweep: damping of the shafts and of the meshes."""
+    return np.concatenate([work.shafts[:, 3], work.meshes[:, 5]])
 
 
 def rates(work: Workload) -> ca.Function:
     """(t, x, c) -> dx/dt with the orders of each base by the recurrence of the angle sums."""
     n = len(work.inertia)
-    t, x, c = ca.SX.sym("t"), ca.SX.sym("x", 2 * n), ca.SX.sym("c", len(work.shafts))
+    t, x, c = ca.SX.sym("t"), ca.SX.sym("x", 2 * n), ca.SX.sym("c", len(work.shafts) + len(work.meshes))
     torque = [ca.SX(float(mean)) for mean in work.torque_mean]
     for hinges, series in work.torque_series:
         for hinge, value in zip(hinges, _rows(series, t), strict=True):
@@ -34,12 +34,12 @@ def rates(work: Workload) -> ca.Function:
         T = stiffness * (x[a] - x[b]) + c[k] * (x[n + a] - x[n + b])
         torque[a] -= T
         torque[b] += T
-    for (a, b, ra, rb, gap, damping, mean, error), series in zip(work.meshes, work.mesh_series, strict=True):
+    for m, ((a, b, ra, rb, gap, _, mean, error), series) in enumerate(zip(work.meshes, work.mesh_series, strict=True)):
         a, b = int(a), int(b)
         varying, e, rate = _rows(series, t)
         k, delta = mean + varying, ra * x[a] - rb * x[b] - error - e
         pressed = ca.if_else(delta > gap, delta - gap, ca.if_else(delta < -gap, delta + gap, 0))
-        force = k * pressed + damping * ca.sqrt(k) * (ra * x[n + a] - rb * x[n + b] - rate)
+        force = k * pressed + c[len(work.shafts) + m] * ca.sqrt(k) * (ra * x[n + a] - rb * x[n + b] - rate)
         torque[a] -= ra * force
         torque[b] += rb * force
     ode = ca.cse(ca.vertcat(x[n:], *(value / inertia for value, inertia in zip(torque, work.inertia, strict=True))))
@@ -60,7 +60,7 @@ def _rows(series, t: ca.SX) -> list[ca.SX]:
 def integrator(work: Workload, scale: np.ndarray, plugin: str, tolerance: float) -> ca.Function:
     """The integrator over the output times; states are scaled so that the one absolute tolerance fits all of them."""
     f = rates(work)
-    t, y, c = ca.SX.sym("t"), ca.SX.sym("y", work.start.size), ca.SX.sym("c", len(work.shafts))
+    t, y, c = ca.SX.sym("t"), ca.SX.sym("y", work.start.size), ca.SX.sym("c", parameters(work).size)
     dae = {"t": t, "x": y, "p": c, "ode": f(t, ca.DM(scale) * y, c) / ca.DM(scale)}
     options = {"reltol": 1e-12, "abstol": tolerance}
     options["max_num_steps"] = 10_000_000

@@ -26,7 +26,7 @@ def _series(series, row: int):
 
 
 def system(work: Workload):
-    """Equations of motion and the deflections; parameters: damping of the shafts, then for each mesh its contact and offset."""
+    """Equations of motion and the deflections; parameters as in ``start_parameters``."""
     n, shafts = len(work.inertia), len(work.shafts)
     names = [f"x{i}" for i in range(n)] + [f"v{i}" for i in range(n)]
     variables = hy.make_vars(*names)
@@ -41,13 +41,13 @@ def system(work: Workload):
         torque[a].append(-T)
         torque[b].append(T)
     deflections = []
-    for m, ((a, b, ra, rb, _, damping, mean, error), series) in enumerate(zip(work.meshes, work.mesh_series, strict=True)):
+    for m, ((a, b, ra, rb, _, _, mean, error), series) in enumerate(zip(work.meshes, work.mesh_series, strict=True)):
         a, b, ra, rb = int(a), int(b), float(ra), float(rb)
         k = float(mean) + _series(series, 0)
         delta = ra * x[a] - rb * x[b] - (float(error) + _series(series, 1))
         rate = ra * v[a] - rb * v[b] - _series(series, 2)
         pressed = hy.par[shafts + 2 * m] * delta - hy.par[shafts + 2 * m + 1]
-        force = k * pressed + float(damping) * hy.sqrt(k) * rate
+        force = k * pressed + hy.par[shafts + 2 * len(work.meshes) + m] * hy.sqrt(k) * rate
         torque[a].append(-ra * force)
         torque[b].append(rb * force)
         deflections.append(delta)
@@ -61,12 +61,12 @@ def contact(delta: float, gap: float) -> tuple[float, float]:
 
 
 def start_parameters(work: Workload) -> np.ndarray:
-    """Damping of the shafts, contact and offset of the meshes at the start."""
+    """Damping of the shafts, contact and offset of the meshes at the start, damping of the meshes."""
     values = list(work.shafts[:, 3])
     for (a, b, ra, rb, gap, _, _, error), series in zip(work.meshes, work.mesh_series, strict=True):
         delta = ra * work.start[int(a)] - rb * work.start[int(b)] - error - series.cosine[1].sum()
         values += contact(delta, gap)
-    return np.array(values)
+    return np.array([*values, *work.meshes[:, 5]])
 
 
 def events(work: Workload, deflections, batch: bool):

@@ -30,8 +30,8 @@ from questions import scale_of
 
 from modelgen import assemble, lower
 from modelgen.analysis import bifurcation
-from modelgen.analysis.referee.mujoco_model import referee_of
 from modelgen.analysis.nonlinear.common_period import strobe_of
+from modelgen.analysis.referee.mujoco_model import referee_of
 from modelgen.solvers import Case, operating_point
 
 LEVEL = 1e-5  # error that all are tuned to

@@ -56,4 +56,4 @@ class VirtualMachine(Modelgen):
         self.name = "modelgen rk4, virtual machine"
 
     def single(self, tolerance: float) -> np.ndarray:
-        return self._angles(solve(self.problems[0], "rk4", SolverOptions(tolerance=tolerance)).states, 0)
+        return self._angles(solve(self.problems[0], "rk4", SolverOptions(tolerance=tolerance, backend="vm")).states, 0)

@@ -30,7 +30,7 @@ from modelgen.solvers.outcome import Ending, Outcome
 from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Statistics, Trajectory, Vector
 from modelgen.solvers.watch import PERIOD, Watch
 
-FIRST_STRETCH = 64  # steps before the first look for chatter
+FIRST_STRETCH = 1024  # steps before the first look for chatter, which takes as long as a thousand of them
 GROWTH = 4  # of stretches, until the next one would take longer than half of what the watch allows
 EVENT_OUTCOMES = (Outcome.EVENT, Outcome.MAX_EVENTS, Outcome.ZENO, Outcome.EVENT_CHATTER)
 
@@ -90,8 +90,7 @@ class NativeRuns:
         while True:
             start = self.watch.clock()
             going = self.solver.run(task, work, log.record, stretch)
-            growing = self.watch.clock() - start < PERIOD / 2 / GROWTH
-            if growing:
+            if self.watch.clock() - start < PERIOD / 2 / GROWTH:
                 stretch *= GROWTH
             with self.guard:
                 self.read(log)
@@ -102,8 +101,7 @@ class NativeRuns:
                 if self.stopped is not None:
                     return
                 jobs, looks = self.solver.jobs(work), looks + 1
-                for job in jobs if growing else [jobs[looks % len(jobs)]]:
-                    self.look_for_chatter(job)
+                self.look_for_chatter(jobs[looks % len(jobs)])
 
     def read(self, log: NativeLog) -> None:
         """Take over the events that a worker has noted."""

@@ -32,13 +32,17 @@ def gear_pair() -> Driveline:
 
 
 def chain(count: int) -> Driveline:
-    """Inertias in a row with a harmonic torque at one end."""
+    """Inertias in a row, a harmonic torque on every eighth, so that no part of it is at rest."""
     disks = [Inertia(f"disk_{k}", inertia=0.5 + 0.01 * (k % 7)) for k in range(count)]
     shafts = [
         Shaft(f"shaft_{k}", f"disk_{k}", f"disk_{k + 1}", stiffness=2e5 + 1e3 * (k % 5), damping_ratio=0.02)
         for k in range(count - 1)
     ]
-    drive = HarmonicTorque("drive", "disk_0", mean=0.0, sine=[100.0, 40.0, 20.0, 10.0], cosine=[0.0, 5.0, 0.0, 1.0], base="order")
-    return Driveline(
-        f"chain-{count}", speed="600 rpm", reference="disk_0", elements=[*disks, *shafts, drive], bases={"order": ("disk_0", 2)}
-    )
+    drives = [
+        HarmonicTorque(
+            f"drive_{k}", f"disk_{k}", mean=0.0, sine=[100.0, 40.0, 20.0, 10.0], cosine=[3.0 * k % 50, 5, 0, 1], base="order"
+        )
+        for k in range(0, count, 8)
+    ]
+    bases = {"order": ("disk_0", 2)}
+    return Driveline(f"chain-{count}", speed="600 rpm", reference="disk_0", elements=[*disks, *shafts, *drives], bases=bases)

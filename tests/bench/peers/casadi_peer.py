@@ -5,9 +5,11 @@ The manual's advice is followed: SX expressions, common subexpressions found, pa
 
 from __future__ import annotations
 
+import itertools
 import os
 import subprocess
 import tempfile
+import time
 
 import casadi as ca
 import numpy as np
@@ -57,25 +59,45 @@ def _rows(series, t: ca.SX) -> list[ca.SX]:
     return rows
 
 
-def integrator(work: Workload, scale: np.ndarray, plugin: str, tolerance: float) -> ca.Function:
+def integrator(work: Workload, scale: np.ndarray, plugin: str, tolerance: float, compiled: bool = False) -> ca.Function:
     """The integrator over the output times; states are scaled so that the one absolute tolerance fits all of them."""
     f = rates(work)
     t, y, c = ca.SX.sym("t"), ca.SX.sym("y", work.start.size), ca.SX.sym("c", parameters(work).size)
     dae = {"t": t, "x": y, "p": c, "ode": f(t, ca.DM(scale) * y, c) / ca.DM(scale)}
     options = {"reltol": 1e-12, "abstol": tolerance}
     options["max_num_steps"] = 10_000_000
+    if compiled:  # cvodes itself has no C of its own: its right-hand side and Jacobian are compiled
+        how = {"compiler": "gcc", "flags": ["-O3", "-march=native"], "cleanup": False}  # the folder goes as a whole
+        options |= {"jit": True, "compiler": "shell", "jit_options": how, "jit_cleanup": False}
     return ca.integrator("run", plugin, dae, float(work.times[0]), work.times[1:].tolist(), options)
 
 
-_BUILT: dict[tuple[str, str, float], ca.Function] = {}
+_BUILT: dict[tuple[int, float], ca.Function] = {}
+_NUMBERS = itertools.count()  # of peers in this process, each with integrators of its own
+
+
+def _built(arguments) -> ca.Function:
+    work, scale, plugin, tolerance, path, compiled, number = arguments
+    key = (number, tolerance)
+    if key not in _BUILT:  # the parameters of a sweep are inputs: one integrator serves all of its runs
+        with tempfile.TemporaryDirectory() as folder:  # CasADi writes its C where it stands
+            here = os.getcwd()
+            os.chdir(folder)
+            try:
+                _BUILT[key] = ca.external("run", path) if path else integrator(work, scale, plugin, tolerance, compiled)
+            finally:
+                os.chdir(here)
+    return _BUILT[key]
+
+
+def _warm(arguments) -> None:
+    _built(arguments)
+    time.sleep(0.1)  # so that every process gets one
 
 
 def _run(arguments) -> np.ndarray:
-    work, scale, plugin, tolerance, path = arguments
-    key = (path, plugin, tolerance)
-    if key not in _BUILT:  # the parameters of a sweep are inputs: one integrator serves all of its runs
-        _BUILT[key] = ca.external("run", path) if path else integrator(work, scale, plugin, tolerance)
-    return _solve(_BUILT[key], work, scale)
+    work, scale, *_ = arguments
+    return _solve(_built(arguments), work, scale)
 
 
 def _solve(f: ca.Function, work: Workload, scale: np.ndarray) -> np.ndarray:
@@ -91,34 +113,41 @@ class CasADi:
 
     def __init__(self, works: list[Workload], scale: np.ndarray, plugin: str, generated: bool = False) -> None:
         self.works, self.scale, self.plugin, self.generated = works, scale, plugin, generated
-        self.name = f"CasADi {plugin}, {'generated C' if generated else 'virtual machine'}"
-        self.built: dict[float, tuple[ca.Function, str]] = {}
+        self.compiled = generated and plugin == "cvodes"
+        how = "compiled functions" if self.compiled else "generated C" if generated else "virtual machine"
+        self.name = f"CasADi {plugin}, {how}"
+        self.paths: dict[float, str] = {}
+        self.number = next(_NUMBERS)
         self.pool = warm_pool() if len(works) > 1 else None
 
-    def prepare(self, tolerance: float) -> tuple[ca.Function, str]:
-        """The integrator, built before the clock runs, and the library it stands in."""
-        if tolerance not in self.built:
-            f, path = integrator(self.works[0], self.scale, self.plugin, tolerance), ""
-            if self.generated:
-                folder = tempfile.mkdtemp()
-                here = os.getcwd()
-                os.chdir(folder)
-                try:
-                    f.generate("run.c", {"with_header": False})
-                    subprocess.run(
-                        ["gcc", "-O3", "-march=native", "-fPIC", "-shared", "run.c", "-o", "run.so", "-lm"], check=True
-                    )
-                finally:
-                    os.chdir(here)
-                path = f"{folder}/run.so"
-                f = ca.external("run", path)
-            self.built[tolerance] = f, path
-        return self.built[tolerance]
+    def prepare(self, tolerance: float) -> None:
+        """Builds the integrator, in this process and in those of the pool, before the clock runs."""
+        if tolerance in self.paths:
+            return
+        self.paths[tolerance] = self._library(tolerance) if self.generated and not self.compiled else ""
+        _built(self._job(self.works[0], tolerance))
+        if self.pool:
+            list(self.pool.map(_warm, [self._job(self.works[0], tolerance)] * 8, chunksize=1))
+
+    def _library(self, tolerance: float) -> str:
+        """The whole integrator as generated C."""
+        folder, here = tempfile.mkdtemp(), os.getcwd()
+        os.chdir(folder)
+        try:
+            f = integrator(self.works[0], self.scale, self.plugin, tolerance)
+            f.generate("run.c", {"with_header": False})
+            subprocess.run(["gcc", "-O3", "-march=native", "-fPIC", "-shared", "run.c", "-o", "run.so", "-lm"], check=True)
+        finally:
+            os.chdir(here)
+        return f"{folder}/run.so"
+
+    def _job(self, work: Workload, tolerance: float) -> tuple:
+        return work, self.scale, self.plugin, tolerance, self.paths[tolerance], self.compiled, self.number
 
     def single(self, tolerance: float) -> np.ndarray:
-        return _solve(self.prepare(tolerance)[0], self.works[0], self.scale)
+        self.prepare(tolerance)
+        return _run(self._job(self.works[0], tolerance))
 
     def sweep(self, tolerance: float) -> np.ndarray:
-        path = self.prepare(tolerance)[1]
-        jobs = [(work, self.scale, self.plugin, tolerance, path) for work in self.works]
-        return np.array(list(self.pool.map(_run, jobs, chunksize=4)))
+        self.prepare(tolerance)
+        return np.array(list(self.pool.map(_run, [self._job(work, tolerance) for work in self.works], chunksize=4)))

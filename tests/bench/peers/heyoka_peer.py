@@ -11,6 +11,7 @@ import numpy as np
 from .workload import Workload
 
 COOLDOWN = 1e-9  # s
+WRITTEN_OUT = 50  # inertias: up to here without compact mode, which is slower to build and faster to run
 
 
 def _series(series, row: int):
@@ -101,7 +102,7 @@ class Heyoka:
         if tolerance not in self.built:
             work, lanes = self.works[0], hy.recommended_simd_size()
             pars = start_parameters(work)
-            options = {"tol": tolerance, "compact_mode": False, "fast_math": True}  # written out: slower to build, faster to run
+            options = {"tol": tolerance, "compact_mode": len(work.inertia) > WRITTEN_OUT, "fast_math": True}
             scalar_events = events(work, self.deflections, False) if self.with_events else []
             scalar = hy.taylor_adaptive(self.ode, work.start, pars=pars, t_events=scalar_events, **options)
             lane_events = events(work, self.deflections, True) if self.with_events else []

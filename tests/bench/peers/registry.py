@@ -39,11 +39,16 @@ PEERS = (
     Peer("JiTCODE, dopri5", "jitcode_peer", "JiTCODE"),
     Peer("CasADi erk, virtual machine", "casadi_peer", "CasADi", {"plugin": "erk"}, slow=True),
     Peer("CasADi cvodes, virtual machine", "casadi_peer", "CasADi", {"plugin": "cvodes"}, slow=True),
+    Peer("CasADi cvodes, compiled functions", "casadi_peer", "CasADi", {"plugin": "cvodes", "generated": True}, slow=True),
     Peer("SciPy DOP853, numba right-hand side", "scipy_peer", "SciPy", {"method": "DOP853", "compiled": True}, slow=True),
     Peer("SciPy LSODA, numba right-hand side", "scipy_peer", "SciPy", {"method": "LSODA", "compiled": True}, slow=True),
     Peer("diffrax, Dopri5", "diffrax_peer", "Diffrax", slow=True),
     Peer(
         "SciPy DOP853, Python-called right-hand side", "scipy_peer", "SciPy", {"method": "DOP853", "compiled": False},
+        slow=True, slowest=True,
+    ),
+    Peer(
+        "SciPy LSODA, Python-called right-hand side", "scipy_peer", "SciPy", {"method": "LSODA", "compiled": False},
         slow=True, slowest=True,
     ),
 )  # fmt: skip

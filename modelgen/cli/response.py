@@ -32,6 +32,7 @@ CROSSCHECK_SAMPLES = 20_001
 CROSSCHECK_TOLERANCES = {
     "rk4": 1e-6,
     "dopri5": 1e-7,
+    "verner65": 1e-6,
     "dop853": 1e-7,
     "cvodes": 1e-9,
     "idas": 1e-9,

@@ -30,7 +30,7 @@ Ends with 0 when done, 1 if the run failed, 2 if it was refused, 130 after Ctrl-
 SET = 'A parameter (zeta=0.02), or a value or switch of an element or kind (coupling.stiffness="4e5 N*m/rad"). Repeatable.'
 WINDOW = 'When the response is measured, such as "0 s" "0.5 s".  [default: 8 periods of the slowest base frequency, once settled]'
 START = "At rest under the mean torques, or with nothing twisted."
-SOLVER = "rk4, dopri5, dop853, cvodes, idas, collocation, erk or rosenbrock."
+SOLVER = "rk4, dopri5, verner65, dop853, cvodes, idas, collocation, erk or rosenbrock."
 EVENTS = 'Locate changes of mode (contact, sticking) and restart there; "auto" where a law jumps or has memory.'
 TOLERANCE = "Largest error of a step, relative to the scale of each state."
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 import itertools
 from collections.abc import Callable, Iterator
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from modelgen.errors import LoweringError
 from modelgen.lowering.tableau import Tableau
 
 DIGITS = 1e-13
+UNIT = 10**40
 
 Tree = tuple[Any, ...]  # the trees on its root, in order
 
@@ -62,33 +64,33 @@ def density(tree: Tree) -> int:
 def check_orders(method: Tableau) -> None:
     """Raises LoweringError for the first condition that the weights, the error's or the dense output's, do not meet to 1e-13."""
     size = len(method.rows)
-    matrix = np.zeros((size, size))
-    for index, row in enumerate(method.rows):
-        matrix[index, : len(row)] = [float(entry) for entry in row]
 
     def padded(weights: Any) -> np.ndarray:
-        return np.array([float(entry) for entry in weights] + [0.0] * (size - len(weights)))
+        """Numbers with 40 digits behind the point, as whole numbers: doubles would lose what large coefficients cancel."""
+        return np.array([round(entry * UNIT) for entry in weights] + [0] * (size - len(weights)), dtype=object)
+
+    matrix = np.array([padded(row) for row in method.rows])
 
     @functools.cache
     def elementary(tree: Tree) -> Any:
         """Phi_i(tree) at every stage."""
-        product = np.ones(size)
+        product = padded([1] * size)
         for branch in tree:
-            product = product * (matrix @ elementary(branch))
+            product = product * (matrix @ elementary(branch) // UNIT) // UNIT
         return product
 
     # Each: what it is, its weights, the order it claims, and what stands for 1 in 1/gamma at a tree of so many nodes.
     wanted: list[tuple[str, np.ndarray, int, Callable[[int], float]]] = [("b", padded(method.b), method.order, lambda nodes: 1.0)]
     for index, (row, order) in enumerate(zip(method.errors, method.error_orders, strict=True)):
         wanted.append((f"errors, row {index}", padded(row), order, lambda nodes: 0.0))
-    powers = np.array([[float(entry) for entry in row] for row in method.dense]).T
+    powers = [padded(column) for column in zip(*method.dense, strict=True)]
     for m, weights in enumerate(powers, start=1):  # y(t + theta h) has theta^nodes/gamma, a condition for each power of theta
         wanted.append((f"dense output, theta^{m}", weights, method.dense_order, functools.partial(lambda m, n: float(m == n), m)))
     for name, weights, order, one in wanted:
         for nodes in range(1, order + 1):
             for tree in rooted_trees(nodes):
                 exact = one(nodes) / density(tree)
-                found = float(weights @ elementary(tree))
-                if not abs(found - exact) <= DIGITS * max(1.0, float(np.abs(weights).sum())):
+                found = float(Fraction(weights @ elementary(tree), UNIT**2))
+                if not abs(found - exact) <= DIGITS:
                     problem = f"{name}: the condition of order {nodes} for the tree {tree} gives {found:.17g}, not {exact:.17g}"
                     raise LoweringError(f"method {method.name!r}", problem, "a coefficient is wrong, or the order is")

@@ -52,6 +52,12 @@ SOLVERS: Mapping[str, Solver] = MappingProxyType(
             frozenset({"fixed_step", "rule", "backend"}),
             locates_events=True,
         ),
+        "verner65": Solver(
+            functools.partial(solve_explicit, method="verner65"),
+            6,
+            "Verner 6(5) (explicit, fast at most tolerances; its dense output is too rough to locate events)",
+            frozenset({"fixed_step", "rule", "backend"}),
+        ),
         "dop853": Solver(
             functools.partial(solve_explicit, method="dop853"),
             8,

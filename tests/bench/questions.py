@@ -19,6 +19,7 @@ from peers.workload import Workload, workload
 from report import figure
 
 from modelgen import Driveline, assemble, load, lower
+from modelgen.solvers.registry import SOLVERS
 
 SAMPLES = 401
 END, COLUMNS = 2.0, 64  # s, and damping ratios of the sweep
@@ -79,8 +80,9 @@ def curves(asked: Question, end: float, quick: bool) -> list[Curve]:
     exact = {id(w): w.channels(x) for w, x in zip(works, reference, strict=True)}
     makers: list[tuple[str, list[Workload], Callable[[], Any]]] = [
         (f"modelgen {method}", works, lambda m=method, e=events: Modelgen(model, values, end, SAMPLES, m, e))
-        for method in ("rk4", "dopri5", "dop853")
+        for method in ("rk4", "dopri5", "verner65", "dop853")
         for events in ("on", "off")
+        if events == "off" or SOLVERS[method].locates_events
     ]
     if not sweep:
         makers.append(("modelgen rk4, virtual machine", works, lambda: VirtualMachine(model, values, end, SAMPLES)))

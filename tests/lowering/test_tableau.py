@@ -18,9 +18,9 @@ FIELDS = ("c", "a", "b", "errors", "dense", "extra_c", "extra_a")
 
 
 def test_the_methods_there_are() -> None:
-    assert NAMES == ["dop853", "dopri5", "rk4"]
-    assert [(each.order, each.stages) for each in METHODS] == [(8, 12), (5, 6), (4, 4), (5, 11), (4, 11)]
-    assert [each.control for each in METHODS if each.errors] == [8, 5, 5, 5]
+    assert NAMES == ["dop853", "dopri5", "rk4", "verner65"]
+    assert [(each.order, each.stages) for each in METHODS] == [(8, 12), (5, 6), (4, 4), (6, 8), (5, 11), (4, 11)]
+    assert [each.control for each in METHODS if each.errors] == [8, 5, 6, 5, 5]
 
 
 def test_trees_by_hand() -> None:

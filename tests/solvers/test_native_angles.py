@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from modelgen.lowering.native.doubled_step import Kinds
+from modelgen.lowering.native.kinds import Kinds
 from modelgen.solvers.lanes import solve_lanes
 from modelgen.solvers.native import solve_native
 from modelgen.solvers.problem import InitialValueProblem, SolverOptions

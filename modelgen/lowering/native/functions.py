@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from modelgen.lowering.native import looped
-from modelgen.lowering.native.doubled_step import Kinds
 from modelgen.lowering.native.emission import StagePrinter
 from modelgen.lowering.native.graph import Level
+from modelgen.lowering.native.kinds import Kinds
 from modelgen.lowering.native.looped import arranged, stage_function
 from modelgen.lowering.native.stages import Stages
 from modelgen.lowering.native.windows import window_functions

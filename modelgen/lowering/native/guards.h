@@ -14,11 +14,6 @@ enum { ROWS = (SURFACES + WIDTH - 1) / WIDTH };
 enum { ROWS = SURFACES };
 #endif
 enum { RATES = ROWS * (WIDTH / LANES) }; /* where the rates begin behind the guards, counted in S */
-#if NODES
-#define MIDDLE_SLOPE(k) (k)->now.k[MIDDLE]
-#else
-#define MIDDLE_SLOPE(k) (k)->now.middle_slope
-#endif
 
 /* Guards and rates at a node: values of the time stage there, state from x0, slope. */
 static void look(const Task *task, Work *k, int node, const TIME_VALUE *w, const S *y, const S *slope) {
@@ -30,8 +25,12 @@ static void look(const Task *task, Work *k, int node, const TIME_VALUE *w, const
 
 /* Guards at the middle and end of the step that was tried. */
 static void look_ahead(const Task *task, Work *k) {
-  middle_node(k);
-  look(task, k, HALF, W_AT(k, MIDDLE_TIME), k->now.y_middle, MIDDLE_SLOPE(k));
+#if NODES
+  look(task, k, HALF, W_AT(k, MIDDLE_TIME), k->now.y_middle, k->now.k[MIDDLE]);
+#else
+  middle_node(task, k);
+  look(task, k, HALF, W_AT(k, MIDDLE_TIME), k->now.y_middle, k->now.middle_slope);
+#endif
   look(task, k, FULL, W_AT(k, TIMES - 1), k->now.y_end, k->now.k[END]);
 }
 

@@ -30,7 +30,7 @@ _HERE = Path(__file__).parent
 _HEADERS = ("scalar.h", "lanes.h", "task.h", "times.h", "dense.h", "guards.h", "events.h", "march.h", "solver.h")
 _GENERATOR = (
     *("operations.py", "graph.py", "collection.py", "waves.py", "stages.py", "emission.py", "statements.py", "looped.py"),
-    *("windows.py", "functions.py", "doubled_step.py", "steps.py", "library.py", *_HEADERS),
+    *("windows.py", "functions.py", "kinds.py", "explicit_step.py", "doubled_step.py", "steps.py", "library.py", *_HEADERS),
 )
 _ALIGNMENT = 64
 _DOUBLES = ctypes.POINTER(ctypes.c_double)
@@ -116,7 +116,7 @@ def source(function: ca.Function, lanes: bool, method: str = "rk4", guards: ca.F
     surfaces = 0 if guards is None else int(guards.numel_out(0)) // 2
     chosen, middle = method_named(method)
     stages = Stages.of(function if guards is None else _together(function, guards), with_waves=True)
-    printed = stage_functions(stages, "v_" if lanes else "s_", times=bundle(chosen, middle, surfaces > 0))
+    printed = stage_functions(stages, "v_" if lanes else "s_", times=bundle(chosen, surfaces > 0))
     texts = [_head(lanes), step_sizes(chosen, middle, surfaces), _text("task.h").replace('#include "stages.h"\n', printed)]
     texts += [_text("times.h"), step_functions(chosen, middle, kinds_of(stages), surfaces > 0)]
     texts += [_text(name) for name in _HEADERS[4:]]
@@ -146,7 +146,7 @@ def _text(name: str) -> str:
 def native_solver(
     function: ca.Function, lanes: bool = False, method: str = "rk4", guards: ca.Function | None = None
 ) -> NativeSolver:
-    """The native solver of an SX function (t, x, p) -> dx/dt by a method (rk4, dopri5, dop853), built or from the cache.
+    """The native solver of an SX function (t, x, p) -> dx/dt by a method (rk4, dopri5, verner65, dop853), built or found.
 
     ``guards``: (t, x, v, p) -> the guards that every step watches, then their rates. Raises NoCompilerError without a compiler,
     LoweringError for an operation that has no C or an unknown method.

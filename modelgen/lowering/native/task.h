@@ -99,7 +99,7 @@ typedef struct {
 #endif
   V w[(BUNDLES + EXTRA_BUNDLES) * BUNDLE * NW + 1];
   S window[WAVES + 1][COEFFICIENTS], window_center[GROUPS + 1], window_scale[GROUPS + 1]; /* see times.h */
-  double window_begin[GROUPS + 1][LANES], window_end[GROUPS + 1][LANES];
+  S window_begin[GROUPS + 1], window_end[GROUPS + 1];
   S_MASK suspects;
   S fresh; /* not 0: the lane has just started, and its guards may have other signs than their values */
   S time, step, accepted; /* as lanes see them */

@@ -13,6 +13,15 @@
 enum { LATE = BUNDLES * BUNDLE };
 
 #if GROUPS
+/* The sum over j of weight[j] times row j of a table. */
+INLINE void combine(const double (*table)[HALF_COUNT], const double *weight, V *out) {
+  for (int part = 0; part < HALF_COUNT / WIDTH; ++part) {
+    V total = v_all(0.0);
+    for (int j = 0; j < HALF_COUNT; ++j) total = v_fma(v_all(weight[j]), ((const V *)table[j])[part], total);
+    out[part] = total;
+  }
+}
+
 /* The polynomials of one lane from time t on, of the group's results at Chebyshev's points: first in Chebyshev's polynomials, the even
  * ones and the odd ones apart, then in powers. */
 static void open_window(Work *k, int group, int lane, double t, double width) {
@@ -27,28 +36,29 @@ static void open_window(Work *k, int group, int lane, double t, double width) {
   }
   for (int n = 0; n < RESULTS[group + 1] - RESULTS[group]; ++n) {
     const double *y = (const double *)value[n];
-    double even[HALF_COUNT] = {0}, odd[HALF_COUNT] = {0}, even_power[HALF_COUNT] = {0}, odd_power[HALF_COUNT] = {0};
-    for (int j = 0; j < HALF_COUNT; ++j) {
-      double sum = y[j] + y[COEFFICIENTS - 1 - j], difference = y[j] - y[COEFFICIENTS - 1 - j];
-      for (int m = 0; m < HALF_COUNT; ++m) even[m] += EVEN_SHARE[j][m] * sum, odd[m] += ODD_SHARE[j][m] * difference;
-    }
-    for (int j = 0; j < HALF_COUNT; ++j)
-      for (int m = 0; m < HALF_COUNT; ++m) even_power[m] += EVEN_POWER[j][m] * even[j], odd_power[m] += ODD_POWER[j][m] * odd[j];
+    double sum[HALF_COUNT], difference[HALF_COUNT];
+    V even[HALF_COUNT / WIDTH], odd[HALF_COUNT / WIDTH], even_power[HALF_COUNT / WIDTH], odd_power[HALF_COUNT / WIDTH];
+    for (int j = 0; j < HALF_COUNT; ++j) sum[j] = y[j] + y[COEFFICIENTS - 1 - j], difference[j] = y[j] - y[COEFFICIENTS - 1 - j];
+    combine(EVEN_SHARE, sum, even), combine(ODD_SHARE, difference, odd);
+    combine(EVEN_POWER, (const double *)even, even_power), combine(ODD_POWER, (const double *)odd, odd_power);
     for (int m = 0; m < HALF_COUNT; ++m) {
-      put(&k->window[RESULTS[group] + n][2 * m], lane, even_power[m]), put(&k->window[RESULTS[group] + n][2 * m + 1], lane, odd_power[m]);
+      S *a = k->window[RESULTS[group] + n] + 2 * m;
+      put(a, lane, ((const double *)even_power)[m]), put(a + 1, lane, ((const double *)odd_power)[m]);
     }
   }
   put(&k->window_center[group], lane, center), put(&k->window_scale[group], lane, 1.0 / half);
-  k->window_begin[group][lane] = t, k->window_end[group][lane] = t + width;
+  put(&k->window_begin[group], lane, t), put(&k->window_end[group], lane, t + width);
 }
 
 /* Windows around the steps that the lanes try. How many lanes have one (an idle one does); in[lane] is 1 or 0. */
 static int open_windows(Work *k, int group, double *in) {
   int count = 0;
+  V end = spread(&k->time, -1) + spread(&k->step, -1);
+  if (!v_any((spread(&k->time, -1) < spread(&k->window_begin[group], -1)) | (end > spread(&k->window_end[group], -1)))) return LANES;
   for (int lane = 0; lane < LANES; ++lane) {
     double t = get(&k->time, lane), h = get(&k->step, lane);
     in[lane] = 1.0, ++count;
-    if (k->job[lane] < 0 || (t >= k->window_begin[group][lane] && t + h <= k->window_end[group][lane])) continue;
+    if (k->job[lane] < 0 || (t >= get(&k->window_begin[group], lane) && t + h <= get(&k->window_end[group], lane))) continue;
     double width = BANDWIDTH_TIME / get(&k->c[BANDWIDTH[group]], lane);
     if (h * LEAST_STEPS <= width && width < INFINITY) open_window(k, group, lane, t, width);
     else in[lane] = 0.0, --count;
@@ -57,7 +67,7 @@ static int open_windows(Work *k, int group, double *in) {
 }
 
 static void close_windows(Work *k, int lane) {
-  for (int group = 0; group < GROUPS; ++group) k->window_begin[group][lane] = INFINITY;
+  for (int group = 0; group < GROUPS; ++group) put(&k->window_begin[group], lane, INFINITY);
 }
 
 /* Results of a group at times of a step, by its polynomials. */

@@ -44,7 +44,7 @@ def window_functions(stages: Stages) -> list[str]:
         ("EVEN_POWER", powers(0)),
         ("ODD_POWER", powers(1)),
     ):
-        lines += [f"static const double {name}[][HALF_COUNT] = {{{', '.join(map(_row, table))}}};"]
+        lines += [f"static const double {name}[][HALF_COUNT] __attribute__((aligned(64))) = {{{', '.join(map(_row, table))}}};"]
     of_one = "const S *c, int lane, V t, V rest, V *out"
     for macro, clock, time, arguments, name in (
         ("TIME_PARAMETER(c[i])", "clock", "t", "const S *c, V t, V *out", "at"),

@@ -13,7 +13,7 @@ from .workload import Workload
 
 @dataclass(frozen=True)
 class Peer:
-    """``slow``: gets an eighth of a sweep; ``slowest``: asked one trajectory and one sweep of the truck only."""
+    """``slow``: gets an eighth of a sweep; ``slowest``: asked about the truck only, a sixteenth of its sweep."""
 
     name: str
     module: str

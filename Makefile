@@ -23,7 +23,7 @@ test: .venv/.installed-test  ## lint, types, and every test that is not slow
 test-slow: .venv/.installed-test  ## the slow tests alone
 	$(BIN)/python -m pytest -n 2 -m slow
 
-bench: .venv/.installed-bench  ## error against cost beside the peers, into out/bench (half an hour on an idle machine)
+bench: .venv/.installed-bench  ## error against cost beside the peers, into out/bench (20 minutes on two idle cores)
 	$(BIN)/python tests/bench/against_peers.py
 
 clean:  ## remove the environment, the caches and what the demo wrote

@@ -6,21 +6,18 @@ that ``modelgen --help`` answers at once.
 
 from __future__ import annotations
 
-import signal
 import sys
 from typing import NoReturn
-
-TERMINATED = 143
 
 
 def main() -> NoReturn:
     """The script ``modelgen``; ends the process with its exit code."""
     from modelgen.cli.commands import commands
+    from modelgen.cli.signals import end_by_signals
 
     for stream in (sys.stdout, sys.stderr):
         # A description may hold characters that the terminal cannot show.
         stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]  # both are text files here
-    # A polite request to end is heard like Ctrl-C: what is half done is put away first.
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(TERMINATED))
+    end_by_signals()
     commands(prog_name="modelgen")
     raise AssertionError("click ends the process")

@@ -1,7 +1,7 @@
 """Signals that end a command: what is half done is put away first.
 
-Part of ``cli``. CasADi drops an exception that is raised in Python code that it calls from C++ (it asks arguments for their shape,
-and converts them), so that a signal which arrives inside a call of CasADi waits for its end, for half a second at most.
+Part of ``cli``. CasADi drops an exception that is raised in Python code that it calls from C++ (it asks arguments for their
+shape, and converts them), so that a signal which arrives inside a call of CasADi waits for its end, half a second at most.
 """
 
 from __future__ import annotations

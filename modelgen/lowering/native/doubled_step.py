@@ -11,17 +11,28 @@ from modelgen.lowering.native.kinds import PLACES, Kinds, StepPrinter, minus
 from modelgen.lowering.tableau import Tableau
 
 
+def place_of(stage: int, middle: int, stages: int) -> int:
+    """Where the slopes of a stage stand: those of the whole step and of both halves share their places.
+
+    >>> [place_of(stage, 7, 11) for stage in range(12)]
+    [0, 1, 2, 3, 1, 2, 3, 4, 1, 2, 3, 5]
+    """
+    whole = (middle + 1) // 2  # stages of the method itself
+    if stage in (middle, stages):
+        return whole + (stage == stages)
+    return stage if stage < whole else stage - (whole - 1 if stage < middle else middle)
+
+
 class DoubledStep(StepPrinter):
     """Prints ``try_step`` of a doubled method with its middle stage, for states of some kinds.
 
-    k->base is the state at the start, and from the middle on the argument there. Slopes of the whole step and of both halves
-    share their places: the gains of the whole step and of the first half are formed as soon as their slopes are there.
+    k->base is the state at the start, and from the middle on the argument there. The gains of the whole step and of the first
+    half are formed as soon as their slopes are there, before others take the places of these.
     """
 
     def __init__(self, method: Tableau, middle: int, kinds: Kinds, time_of: dict[int, int]) -> None:
         super().__init__((*method.a, method.b), kinds, middle)
-        self.method, self.time_of, self.last = method, time_of, middle
-        self.whole = (middle + 1) // 2  # stages of the method itself
+        self.method, self.time_of, self.half = method, time_of, middle
 
     def lines(self) -> list[str]:
         """C text: tables of places, and try_step."""
@@ -29,7 +40,7 @@ class DoubledStep(StepPrinter):
         lines += ["  const S h = k->step, hh = h * h;", "  MEASURE_FROM_ZERO", "  (void)hh, times_at(k, k->time, h);"]
         for index in range(1, self.method.stages):
             lines += self.loops(partial(self._argument, index))
-            stage = "state_stage" if index == self.last else "force_stage"
+            stage = "state_stage" if index == self.half else "force_stage"
             lines += [f"  {stage}(k->c, W_AT(k, {self.time_of[index]}), k->x, k->now.k[{self.place(index)}]);"]
         lines += self.loops(self._end)
         lines += ["  state_stage(k->c, W_AT(k, TIMES - 1), k->x, k->now.k[END]);"]
@@ -39,28 +50,22 @@ class DoubledStep(StepPrinter):
 
     def place(self, stage: int) -> int:
         """Where the slopes of a stage stand."""
-        if stage < self.whole:
-            return stage
-        if stage < self.last:
-            return stage - self.whole + 1
-        if stage == self.last:
-            return self.whole
-        return stage - self.last if stage < self.method.stages else self.whole + 1
+        return place_of(stage, self.half, self.method.stages)
 
     def _argument(self, index: int, kind: str) -> list[str]:
         places, lines = PLACES[kind], []
-        if index == self.whole:
+        if index == (self.half + 1) // 2:  # the first stage of the first half
             whole = minus(self.rows[-1], self.method.errors[0])
             lines += [f"k->gain[WHOLE][{each}] = {self.gain(whole, each, 'w')};" for each in places]
-        if index != self.last:
-            return [*lines, *self.argument(index, kind, index > self.last)]
+        if index != self.half:
+            return [*lines, *self.argument(index, kind, index > self.half)]
         lines += [f"const S gain_{each} = {self.gain(self.rows[index], each, 'a')};" for each in places]
         for each in places:
             lines += [f"k->gain[FIRST][{each}] = gain_{each}, k->base[{each}] = k->x[{each}] = k->base[{each}] + gain_{each};"]
         return lines
 
     def _end(self, kind: str) -> list[str]:
-        second = minus(self.rows[-1], self.rows[self.last])
+        second = minus(self.rows[-1], self.rows[self.half])
         lines = []
         for each in PLACES[kind]:
             lines += [

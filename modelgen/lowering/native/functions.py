@@ -56,13 +56,12 @@ def kinds_of(stages: Stages) -> Kinds:
 
 
 def _force_stage(state: StagePrinter, stages: Stages, rates: Sequence[int], arguments: str) -> list[str]:
-    """The state stage without the rates of angles; where it is printed in loops, the whole one."""
+    """The state stage without the rates of angles; where it is long, the whole one serves, so that it is built once."""
     angles, values = set(kinds_of(stages).angles), stages.state_for(rates)
     if not angles or len(values) >= looped.LARGE:
         return ["#define force_stage state_stage"]
     others = [None if index in angles else rate for index, rate in enumerate(rates)]
-    lines = [*state.lines(values), *state.results(others, "k")]
-    return [f"static __attribute__((noinline, unused)) void force_stage({arguments}) {{", "  (void)c, (void)w;", *lines, "}"]
+    return stage_function(state, "force_stage", arguments, values, others, "k")
 
 
 def observer_functions(stages: Stages) -> str:

@@ -30,7 +30,7 @@ def stage_function(
     name: str,
     arguments: str,
     values: Sequence[int],
-    results: Sequence[int],
+    results: Sequence[int | None],
     target: str,
     large: int | None = None,
 ) -> list[str]:

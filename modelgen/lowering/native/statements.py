@@ -41,16 +41,16 @@ class Statement(NamedTuple):
         return len(self.kept) == 2
 
 
-def statements_of(stages: Stages, values: Sequence[int], results: Sequence[int]) -> list[Statement]:
-    """The statements that compute ``values`` (of one stage, in order) as far as ``results`` need them, and write those."""
+def statements_of(stages: Stages, values: Sequence[int], results: Sequence[int | None]) -> list[Statement]:
+    """The statements that compute ``values`` (of one stage, in order) as far as ``results`` need them, and write these."""
     trees = _Trees(stages, values, results)
-    return [*trees.kept(), *(trees.statement(value, row) for row, value in enumerate(results))]
+    return [*trees.kept(), *(trees.statement(value, row) for row, value in enumerate(results) if value is not None)]
 
 
 class _Trees:
     """Which value belongs to which statement; a result's statement is called -1 - row, any other one as its value."""
 
-    def __init__(self, stages: Stages, values: Sequence[int], results: Sequence[int]) -> None:
+    def __init__(self, stages: Stages, values: Sequence[int], results: Sequence[int | None]) -> None:
         self.stages, self.nodes = stages, stages.nodes
         self.computed = [value for value in values if not isinstance(self.nodes[value].operation, str)]
         self.clocks = {value: of for value in self.computed if (of := stages.clock_frequency(value)) is not None}
@@ -102,10 +102,12 @@ class _Trees:
         visit(value)
         return Statement(self._shape(tuple(listing)), tuple(inner), tuple(leaves), (value,) if row is None else (), row)
 
-    def _owners(self, results: Sequence[int], cut: set[int]) -> dict[int, int]:
+    def _owners(self, results: Sequence[int | None], cut: set[int]) -> dict[int, int]:
         """The statement of each value that is needed, last value first: that of all who take it, if they are in one."""
         taker: dict[int, int | None] = {}  # None: several statements
         for row, value in enumerate(results):
+            if value is None:
+                continue
             taker[value] = None if value in taker else -1 - row
         owner: dict[int, int] = {}
         for value in reversed(self.computed):

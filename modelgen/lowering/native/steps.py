@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 
-from modelgen.lowering.native.doubled_step import DoubledStep
+from modelgen.lowering.native.doubled_step import DoubledStep, place_of
 from modelgen.lowering.native.explicit_step import ExplicitStep
 from modelgen.lowering.native.kinds import Kinds, number
 from modelgen.lowering.tableau import QUINTIC, Tableau, doubled, read_tableau
@@ -48,14 +48,15 @@ def step_sizes(method: Tableau, middle: int | None, surfaces: int = 0) -> str:
     """The macros that say how large a step's memory is; they come before the stages. ``surfaces``: guards of the model."""
     nodes = _times(method, surfaces > 0)
     times, width, s = len(nodes), bundle(method, surfaces > 0), method.stages
+    places = [n if middle is None else place_of(n, middle, s) for n in range(len(method.nodes))]
     sizes = {
-        "SLOTS": len(method.nodes) if middle is None else (middle + 1) // 2 + 2,
-        "END": s if middle is None else (middle + 1) // 2 + 1,
+        "SLOTS": max(places) + 1,
+        "END": places[s],
         "EVALUATED": s,
         "EXTRA": len(method.extra_c),
         "GAINS": 0 if middle is None else 2,
         "MEASURES": len(method.errors) + 2,
-        "MIDDLE": ((middle or 0) + 1) // 2,
+        "MIDDLE": places[middle or 0],
         "EXPONENT": f"(1.0 / {method.control})",
         "NODES": int(middle is not None),
         "SURFACES": surfaces,
@@ -104,7 +105,8 @@ def _middle_node(method: Tableau) -> list[str]:
 
 def _dense_weights(method: Tableau, middle: int | None) -> list[str]:
     if middle is not None:
-        slots, places = [0, middle, method.stages], [0, (middle + 1) // 2, (middle + 1) // 2 + 1]
+        slots = [0, middle, method.stages]
+        places = [place_of(n, middle, method.stages) for n in slots]
         polynomials: list[Sequence[Fraction | int]] = [QUINTIC[1], QUINTIC[3], QUINTIC[5]]
     else:
         slots = [n for n, row in enumerate(method.dense) if any(row)]

@@ -2,7 +2,7 @@
  *
  * A group of waves with angular frequencies up to B is, over a window of time BANDWIDTH_TIME / B, a polynomial of degree 15 but for
  * rounding: the interpolation at Chebyshev's points of a wave that turns by z to either side errs by less than 4 J_16(z) of its amplitude
- * (Trefethen, Approximation Theory and Approximation Practice, chapter 8), 3e-16 for z = BANDWIDTH_TIME / 2 = 1.4 / 2. A lane opens a window
+ * (Trefethen, Approximation Theory and Approximation Practice, chapter 8), 7e-16 for z = BANDWIDTH_TIME / 2. A lane opens a window
  * where its step does not lie in the one it has; where less than LEAST_STEPS steps would fit, it computes the waves as they are. */
 
 #define BANDWIDTH_TIME 2.8

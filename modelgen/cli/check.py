@@ -43,6 +43,12 @@ def check(model: str) -> None:
     click.echo(equations)
     for name in equations.balanced:
         click.echo(f"  {name} = {digits(compiled.parameters.value(point.p, name), 9)} balances the mean power")
+    for name, net, parts in point.remaining(compiled):
+        click.echo(f"  along the rotation of {name!r}: mean torques leave {digits(net, 3)} of {digits(parts, 6)} N*m")
+    for name, torque in point.holding.items():
+        click.echo(f"  {name} holds {digits(torque, 6)} N*m at rest")
+    for remark in point.remarks:
+        click.echo(f"  static state: {remark}")
     if equations.drifts:
         click.echo(f"  declared to drift: the reference shaft gains {point.drift:.4g} rad/s every second")
     frequencies = [digits(float(f), 6) for f in point.frequencies()]

@@ -156,7 +156,7 @@ def _acting(model: Compiled) -> dict[tuple[int, int], tuple[str, ...]]:
     """Names of the elements that exert torques between two groups, or on one alone (paired with -1)."""
     eq, found = model.equations, dict[tuple[int, int], tuple[str, ...]]()
     for instance in eq.instances:
-        groups = sorted({eq.nodes[node].group for node in instance.nodes.values()})
+        groups = sorted({group for node in instance.nodes.values() for group in eq.nodes[node].row})
         pairs = combinations(groups, 2) if len(groups) > 1 else [(groups[0], -1)]
         template = eq.templates[instance.template]
         if template.relatives if len(groups) > 1 else template.stored_energy or template.dissipated_power:

@@ -12,13 +12,15 @@ from dataclasses import replace
 import sympy
 
 from modelgen.equations.clocks import assign_clocks
+from modelgen.equations.conditions import Condition, Exact
 from modelgen.equations.coordinates import Coordinates, choose_coordinates
+from modelgen.equations.mean_rotation import mean_rotation
 from modelgen.equations.nodes import check_inertia, group_nodes
 from modelgen.equations.outputs import list_outputs
 from modelgen.equations.parameter_table import ParameterTable, with_lengths
 from modelgen.equations.parts import Part, TemplateTable
 from modelgen.equations.records import Equations, Instance, StateVariable
-from modelgen.equations.topology import Exact, check_connected, check_senses, join_flanges, reference_node
+from modelgen.equations.topology import check_connected, check_senses, join_flanges, reference_node, shaft_node
 from modelgen.errors import ModelError
 from modelgen.model import Driveline, Shared
 
@@ -40,7 +42,7 @@ def assemble(line: Driveline) -> Equations:
     elements = [with_lengths(line, element) for element in line.elements]
     symbols = [table.add_element(element) for element in elements]
     templates = TemplateTable(elements)
-    exact = Exact(table.values)
+    exact = Exact(table.values, table.derived_values)
 
     flanges, node_of = join_flanges(line)
     check_connected(line, flanges, node_of)
@@ -48,12 +50,25 @@ def assemble(line: Driveline) -> Equations:
     reference = reference_node(line, node_of)
     parts = templates.parts(elements, symbols, node_of)
     nodes = group_nodes(line, parts, flanges, reference, exact)
-    check_inertia(parts, nodes)
+    check_inertia(parts, nodes, exact)
 
-    coordinates = choose_coordinates(parts, nodes, nodes.nodes[reference].group, line.reference, exact)
+    first = nodes.nodes[reference].group
+    if not nodes.groups:
+        raise ModelError(f"driveline {line.name!r}", "its constraints hold every shaft to ground", "leave something that turns")
+    if first is None and line.reference is None:
+        first = 0
+    if first is None:
+        what = f"the reference shaft {line.reference!r} is held to ground by a constraint"
+        raise ModelError(f"driveline {line.name!r}", what, "name a shaft that turns")
+    coordinates = choose_coordinates(parts, nodes, first, line.reference, exact)
+    given = {
+        name: (shaft_node(line, name, node_of, f"driveline {line.name!r}, speeds,"), symbol / table.speed)
+        for name, symbol in table.speeds.items()
+    }
+    mean = mean_rotation(line, nodes, coordinates, first, given, exact)
 
     def ratio(node: int) -> sympy.Expr:
-        return coordinates.ratios[nodes.nodes[node].group] * nodes.nodes[node].ratio
+        return nodes.nodes[node].over(mean.ratios)
 
     clocks, clocks_of_parts = assign_clocks(line, parts, node_of, ratio)
     instances, states = _instances(parts, coordinates, clocks_of_parts)
@@ -66,11 +81,13 @@ def assemble(line: Driveline) -> Equations:
         derived=tuple(table.derived),
         nodes=nodes.nodes,
         groups=nodes.groups,
-        grounded=tuple(bool(speed == 0) for speed in coordinates.mean_speeds),
-        ratios=coordinates.ratios,
-        mean_speeds=coordinates.mean_speeds,
+        grounded=tuple(bool(speed == 0) for speed in mean.mean_speeds),
+        ratios=mean.ratios,
+        mean_speeds=mean.mean_speeds,
+        by_speed=mean.by_speed,
         forms=coordinates.forms,
         steps=coordinates.steps,
+        rotations=coordinates.rotations,
         clocks=tuple(clocks),
         states=states,
         outputs=list_outputs(parts),
@@ -81,6 +98,8 @@ def assemble(line: Driveline) -> Equations:
         balanced=tuple(f"{name}.{line[name].balanced_by}" for name in line.balanced),
         drifts=line.drifts,
         constraints=nodes.constraints,
+        redundant=nodes.redundant,
+        conditions=_distinct((*nodes.conditions, *coordinates.conditions, *mean.conditions)),
         guards=tuple((part.name, guard) for part in parts for guard in part.template.guards),
         modes={f"{part.name}.{modes.name}": modes.values for part in parts for modes in part.template.modes},
         assemblies=dict(line.assemblies),
@@ -104,6 +123,11 @@ def _instances(
         states += own
         instances.append(Instance(part.name, part.index, part.symbols, part.nodes, clocks, forms, indices))
     return tuple(instances), tuple(states)
+
+
+def _distinct(conditions: Sequence[Condition]) -> tuple[Condition, ...]:
+    """The conditions without those that say the same of the same parameters."""
+    return tuple({(each.terms, each.vanishes): each for each in conditions}.values())
 
 
 def _rigid_rotations(parts: Sequence[Part], coordinates: Coordinates) -> tuple[int, ...]:

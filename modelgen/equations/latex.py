@@ -11,6 +11,7 @@ from collections.abc import Iterator
 
 import sympy
 
+from modelgen.equations.conditions import Exact
 from modelgen.equations.document import (
     Block,
     Formulas,
@@ -29,7 +30,6 @@ from modelgen.equations.printed_law import PrintedLaw
 from modelgen.equations.printed_tables import fraction, frequency_blocks, output_blocks, parameter_blocks
 from modelgen.equations.records import Equations, Form, Node
 from modelgen.equations.symbolic import FlatEquations
-from modelgen.equations.topology import Exact
 from modelgen.equations.typesetting import Typesetter
 from modelgen.model.declarations import TIME
 
@@ -157,17 +157,18 @@ class _Document:
                 r"Modal damping: the torques $-C (\omega - r \Omega)$ with $C = \sum_i 2 \zeta \omega_i M v_i v_i^T M$ over the "
                 rf"elastic modes $v_i$ of the mean-stiffness driveline, $v_i^T M v_i = 1$; $\zeta$ = `{eq.modal_ratio}`."
             )
-        if geared := [node for node in eq.nodes if node.ratio != 1]:
-            yield Paragraph("Rigid gears tie further nodes to these:")
+        if geared := [node for node in eq.nodes if node.row != {node.group: 1}]:
+            what = "Rigid gears" if all(node.group is not None for node in geared) else "Constraints"
+            yield Paragraph(f"{what} tie further nodes to these:")
             yield Formulas(
-                tuple(f"{Notation(THETA).of(node.name)} &= {typeset(node.ratio * flat.angles[node.group])}" for node in geared)
+                tuple(f"{Notation(THETA).of(node.name)} &= {typeset(node.over(flat.angles))}" for node in geared)
             )
         rpm = ["mean speed [rpm]"] if self.speed is not None else []
         yield Table(("node", "speed ratio", *rpm, "joins"), tuple(self._node_row(node) for node in eq.nodes))
 
     def _node_row(self, node: Node) -> tuple[str, ...]:
-        ratio = self.exact(self.eq.ratios[node.group] * node.ratio)
-        turning = float(self.exact(self.eq.mean_speeds[node.group] * node.ratio))
+        ratio = self.exact(node.over(self.eq.ratios))
+        turning = float(self.exact(node.over(self.eq.mean_speeds)))
         rpm = [number(turning * self.speed * 30 / math.pi)] if self.speed is not None else []
         joined = [name for name in (self._flange(flange) for flange in node.flanges) if name != node.name]
         return f"`{node.name}`", fraction(ratio), *rpm, ", ".join(f"`{name}`" for name in joined)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from modelgen.equations.parts import Part
-from modelgen.equations.records import Output
+from modelgen.equations.records import Output, Template
 from modelgen.errors import ModelError
 
 MOTION = {"angle": "rad", "angle_deviation": "rad", "elastic_angle": "rad", "speed": "rad/s", "acceleration": "rad/s^2"}
@@ -26,7 +26,7 @@ def _channels(part: Part) -> list[tuple[str, str]]:
     channels = [(each.name, each.unit) for each in template.definitions if not each.hidden]
     channels += [(modes.name, "1") for modes in template.modes]
     if template.constraints:
-        channels.append(("torque", "N*m"))
+        channels += [(name, "N*m") for name in ("torque", *constraint_channels(template))]
     if template.mass and len(template.flanges) == 1:
         channels += MOTION.items()
     if template.stored_energy != 0:
@@ -39,3 +39,8 @@ def _channels(part: Part) -> list[tuple[str, str]]:
             what = f"names a quantity {name!r}, which modelgen adds itself"
             raise ModelError(part.where, what, "rename the quantity")
     return channels
+
+
+def constraint_channels(template: Template) -> tuple[str, ...]:
+    """Names of the torques that a constraint exerts on the nodes at its flanges."""
+    return tuple(f"torque_{flange}" for flange in template.flanges)

@@ -11,6 +11,7 @@ import math
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import sympy
 
 from modelgen.equations.dimensions import DimensionCheck
@@ -22,6 +23,8 @@ from modelgen.model.values import check_value
 from modelgen.units import dimension_of
 
 SPEED = "speed"
+SPEEDS = "speeds"
+"""The operating speed of the reference shaft, and the head of the names of further mean speeds, such as ``speeds.ring``."""
 Symbols = dict[sympy.Symbol, sympy.Symbol]
 
 
@@ -53,6 +56,10 @@ class ParameterTable:
         if line.speed is not None:
             symbol = sympy.Symbol(SPEED, positive=True)
             self._add(Parameter(SPEED, "rad/s", (symbol,), (line.speed,), positive=True))
+        self.speeds: dict[str, sympy.Symbol] = {}
+        for name, value in line.speeds.items():
+            self.speeds[name] = sympy.Symbol(f"{SPEEDS}.{name}", real=True)
+            self._add(Parameter(f"{SPEEDS}.{name}", "rad/s", (self.speeds[name],), (value,)))
         for name, named in line.parameters.items():
             values, series = _row(named.value)
             self._add(Parameter(name, named.unit, _symbols(name, len(values), series), values, series, note=named.note))
@@ -66,6 +73,15 @@ class ParameterTable:
     def values(self) -> dict[sympy.Symbol, float]:
         """SI value of every symbol that is not derived."""
         return {s: value for each in self.parameters for s, value in zip(each.symbols, each.values, strict=True)}
+
+    def derived_values(self) -> dict[sympy.Symbol, float]:
+        """SI value of every derived parameter at the values at hand."""
+        known = {name: np.array(each.values) if each.series else each.values[0] for name, each in self.by_name.items()}
+        found: dict[sympy.Symbol, float] = {}
+        for each in self.derived:
+            arguments = {key: known[of] if isinstance(of, str) else of for key, of in each.arguments.items()}
+            found.update(zip(each.symbols, np.asarray(each.function(**arguments), dtype=float).ravel().tolist(), strict=True))
+        return found
 
     @property
     def speed(self) -> sympy.Symbol | None:

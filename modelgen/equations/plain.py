@@ -204,7 +204,8 @@ class _System:
         instance = Instance("", 0, {s: s for s in self.symbols.values()}, {}, {}, (), tuple(range(len(variables))))
         return Equations(
             name=self.name, description=description, templates=(template,), instances=(instance,), parameters=tuple(parameters),
-            derived=(), nodes=(), groups=(), grounded=(), ratios=(), mean_speeds=(), forms=(), steps=(), clocks=(),
+            derived=(), nodes=(), groups=(), grounded=(), ratios=(), mean_speeds=(), by_speed=(), forms=(), steps=(),
+            rotations=(), clocks=(),
             states=tuple(variables), outputs=tuple(outputs), rigid=(), reference=None, speed=None, modal_ratio=None,
             balanced=(), drifts=False, modes={m.name: m.values for m in template.modes},
             guards=tuple(("", guard) for guard in template.guards), assemblies={},

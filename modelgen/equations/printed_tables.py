@@ -12,10 +12,10 @@ from functools import reduce
 
 import sympy
 
+from modelgen.equations.conditions import Exact
 from modelgen.equations.document import Block, Heading, Paragraph, Quoted, Table, number, unit, with_unit
 from modelgen.equations.printed_law import PrintedLaw
 from modelgen.equations.records import DerivedParameter, Equations
-from modelgen.equations.topology import Exact
 from modelgen.equations.typesetting import Typesetter
 
 

@@ -6,12 +6,13 @@ of the driveline these are. Nothing here is numeric; ``modelgen.lowering`` turns
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import sympy
 
+from modelgen.equations.conditions import Condition
 from modelgen.equations.mode_records import DiscreteModes, Hold, Transition
 from modelgen.model import Driveline
 
@@ -126,12 +127,25 @@ class DerivedParameter:
 
 @dataclass(frozen=True)
 class Node:
-    """Flanges that share an angle; ``ratio`` is its angle per angle of its group (rigid gears may join nodes to a group)."""
+    """Flanges that share an angle, which is sum(row[g] * angle_g) over the groups; an empty row is held to ground."""
 
     name: str
     flanges: tuple[str, ...]
-    group: int
-    ratio: sympy.Expr
+    row: Mapping[int, sympy.Expr]
+
+    def over(self, angles: Sequence[Any]) -> Any:
+        """The node's angle (or speed) where the groups have these."""
+        return sympy.Add(*(c * angles[group] for group, c in self.row.items()))
+
+    @property
+    def group(self) -> int | None:
+        """The group that it turns with in a fixed ratio; None where it follows several, or none."""
+        return next(iter(self.row)) if len(self.row) == 1 else None
+
+    @property
+    def ratio(self) -> sympy.Expr | None:
+        """Its angle per angle of that group; None where it follows several groups, or none."""
+        return None if self.group is None else self.row[self.group]
 
 
 @dataclass(frozen=True)
@@ -147,11 +161,15 @@ class Form:
 
 @dataclass(frozen=True)
 class Step:
-    """How a group's angle follows from the states: it is a root's own state, or it is solved from a form."""
+    """How a group's angle follows from the states: it is a root's own state, or it is solved from a form.
+
+    A form with one group that is not yet placed is solved for it; otherwise ``over`` gives the angle over the states.
+    """
 
     group: int
     state: int
     form: int | None
+    over: Mapping[int, sympy.Expr] | None = None
 
 
 @dataclass(frozen=True)
@@ -188,7 +206,10 @@ class Equations:
 
     Angles are counted from uniform rotation at the operating speed. ``states`` are the rigid angles (roots) and the vibrating
     relative angles, then their rates, then the elements' own states. ``rigid`` lists the states of rigid rotations whose angle
-    drops out of every law: adding to them changes nothing.
+    drops out of every law: adding to them changes nothing. ``groups`` are the angles that the constraints leave independent,
+    ``redundant`` the constraints that say nothing new, ``conditions`` what a parameter vector must keep for that to stay right.
+    ``ratios`` and ``mean_speeds`` are speeds of the groups per speed of the reference shaft, without and with ground;
+    ``by_speed`` gives the latter per each of the given speeds, ``rotations`` the groups' angles over those of the free rotations.
     """
 
     name: str
@@ -202,8 +223,10 @@ class Equations:
     grounded: tuple[bool, ...]
     ratios: tuple[sympy.Expr, ...]
     mean_speeds: tuple[sympy.Expr, ...]
+    by_speed: tuple[tuple[sympy.Expr, ...], ...]
     forms: tuple[Form, ...]
     steps: tuple[Step, ...]
+    rotations: tuple[Mapping[int, sympy.Expr], ...]
     clocks: tuple[BaseClock, ...]
     states: tuple[StateVariable, ...]
     outputs: tuple[Output, ...]
@@ -216,6 +239,8 @@ class Equations:
     inputs: tuple[str, ...] = ()
     tables: tuple[str, ...] = ()
     constraints: tuple[Mapping[int, sympy.Expr], ...] = ()
+    redundant: tuple[int, ...] = ()
+    conditions: tuple[Condition, ...] = ()
     modes: Mapping[str, tuple[str, ...]] = ()  # type: ignore[assignment]  # empty where no element has modes
     guards: tuple[tuple[str, Transition], ...] = ()
     assemblies: Mapping[str, tuple[str, ...]] = ()  # type: ignore[assignment]  # empty for a flat driveline

@@ -4,7 +4,7 @@ Part of the grammar, for reading, teaching and proofs; nothing is computed from 
 them and leaves out relative angles, harmonics and stages, so it is a second road to what ``lowering`` computes. For some
 ten degrees of freedom; at hundreds of them SymPy is slow.
 
-Rigid gears join nodes to groups that turn in a fixed ratio, and q holds one angle for each group (that of its first node):
+Rigid gears and planetary sets leave some angles independent, the groups', and q holds these (each that of one node):
 absolute, [rad], in the forward sense of its shaft. Assembly per node is the textbook one (Nestorides, A Handbook on Torsional
 Vibration).
 """
@@ -15,7 +15,7 @@ from collections.abc import Iterable
 
 import sympy
 
-from modelgen.equations.records import Equations, Instance
+from modelgen.equations.records import Equations, Instance, Node
 from modelgen.errors import NamingError
 from modelgen.model.declarations import TIME, UNIT_CONSTANTS
 
@@ -103,7 +103,7 @@ class FlatEquations:
         }
         self._check_names()
         self.operating_speed = equations.speed if equations.speed is not None else sympy.Integer(0)
-        self.inertia = self._inertias()
+        self.constant_mass = self._constant_mass()
         self.definitions: list[tuple[sympy.Symbol, sympy.Expr]] = []
         self.node_torque: list[sympy.Expr] = [sympy.Integer(0)] * len(equations.nodes)
         self.node_mass: dict[tuple[int, int], sympy.Expr] = {}
@@ -130,15 +130,28 @@ class FlatEquations:
                     f"driveline {self.eq.name!r}", f"{symbol.name!r} would stand for {what} too", "rename the parameter or state"
                 )
 
-    def _inertias(self) -> list[sympy.Expr]:
-        """Inertia rigidly on each group, as its first node sees it."""
-        total = [sympy.Integer(0)] * len(self.eq.groups)
+    def _constant_mass(self) -> sympy.Matrix:
+        """The part of M that no angle changes."""
+        n = len(self.eq.groups)
+        total = sympy.zeros(n, n)
         for instance in self.eq.instances:
             for (f, g), inertia in self.eq.templates[instance.template].mass.items():
                 if f == g and inertia.free_symbols <= set(instance.symbols):
-                    node = self.eq.nodes[instance.nodes[f]]
-                    total[node.group] += node.ratio**2 * inertia.xreplace(dict(instance.symbols))
+                    row = self.eq.nodes[instance.nodes[f]].row
+                    for i, c in row.items():
+                        for j, d in row.items():
+                            total[i, j] += c * d * inertia.xreplace(dict(instance.symbols))
         return total
+
+    def _inertia_at(self, node: Node) -> sympy.Expr:
+        """What resists a torque on the node while the other rotations are free: 1 / (n M^-1 n^T), with the node's row n."""
+        mass, group = self.constant_mass, node.group
+        if group is None and not node.row:
+            return sympy.Integer(0)
+        if group is not None and all(mass[group, other] == 0 for other in range(mass.cols) if other != group):
+            return mass[group, group] / node.row[group] ** 2
+        row = sympy.Matrix(mass.cols, 1, lambda i, _: node.row.get(i, sympy.Integer(0)))
+        return 1 / (row.T * mass.LUsolve(row))[0]
 
     def table_of(self, instance: Instance) -> dict[sympy.Symbol, sympy.Expr]:
         """What each symbol of a law stands for in the driveline."""
@@ -146,9 +159,9 @@ class FlatEquations:
         table: dict[sympy.Symbol, sympy.Expr] = {**dict.fromkeys(UNIT_CONSTANTS, sympy.Integer(1)), **instance.symbols}
         for flange in template.flanges:
             node = eq.nodes[instance.nodes[flange]]
-            table[sympy.Symbol(f"{flange}.angle", real=True)] = node.ratio * self.angles[node.group]
-            table[sympy.Symbol(f"{flange}.speed", real=True)] = node.ratio * self.speeds[node.group]
-            table[sympy.Symbol(f"{flange}.inertia", positive=True)] = self.inertia[node.group] / node.ratio**2
+            table[sympy.Symbol(f"{flange}.angle", real=True)] = node.over(self.angles)
+            table[sympy.Symbol(f"{flange}.speed", real=True)] = node.over(self.speeds)
+            table[sympy.Symbol(f"{flange}.inertia", positive=True)] = self._inertia_at(node)
         for name, index in instance.clocks.items():
             frequency = eq.clocks[index].multiple * self.operating_speed
             table[sympy.Symbol(f"{name}.angle", real=True)] = frequency * TIME
@@ -170,14 +183,17 @@ class FlatEquations:
         n, nodes = len(self.angles), self.eq.nodes
         matrix = sympy.zeros(n, n)
         for (a, b), inertia in self.node_mass.items():
-            matrix[nodes[a].group, nodes[b].group] += nodes[a].ratio * nodes[b].ratio * inertia
+            for i, c in nodes[a].row.items():
+                for j, d in nodes[b].row.items():
+                    matrix[i, j] += c * d * inertia
         return self.finished(matrix, named=False)
 
     def element_torques(self) -> sympy.Matrix:
         """Sum of the torques of the elements on each group, without modal damping, which belongs to the whole driveline."""
         column = sympy.zeros(len(self.angles), 1)
         for node, torque in zip(self.eq.nodes, self.node_torque, strict=True):
-            column[node.group] += node.ratio * torque
+            for group, c in node.row.items():
+                column[group] += c * torque
         return column
 
     def torques(self) -> sympy.Matrix:

@@ -1,42 +1,15 @@
-"""How a driveline hangs together: nodes, groups joined by rigid gears, relative angles, and which of them become states.
+"""How a driveline hangs together: which flanges share a node, whether all is joined, and in which sense loops of gears turn.
 
-Part of the grammar. The coordinates are chosen greedily: a relative angle that sees exactly one group not yet placed places it
-and becomes a state; when none does, a group becomes a root with an angle of its own, a rigid rotation. What sees only placed
-groups is dependent (a closed loop). Ground counts as placed from the start, so a driveline tied to ground has no root.
+Part of the grammar, first look at a driveline (``modelgen.equations.assembly``), before its constraints are solved
+(``modelgen.equations.nodes``).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-
-import sympy
 
 from modelgen.errors import ModelError, NamingError, nearest
 from modelgen.model import Driveline, Element, Flange
-
-Coefficients = Mapping[int, sympy.Expr]
-
-
-class Exact:
-    """Evaluates parameter expressions exactly where the parameters are whole numbers."""
-
-    def __init__(self, values: Mapping[sympy.Symbol, float]) -> None:
-        self.values = values
-
-    def __call__(self, expression: sympy.Expr) -> sympy.Expr:
-        swap = {}
-        for symbol in expression.free_symbols:
-            if symbol not in self.values:
-                raise ModelError(f"parameter {symbol.name!r}", "sets a ratio, but is derived from others", "make it a parameter")
-            value = self.values[symbol]
-            swap[symbol] = sympy.Integer(int(value)) if symbol.is_integer else sympy.Float(value)
-        return expression.xreplace(swap)
-
-    def vanishes(self, total: sympy.Expr, size: sympy.Expr) -> bool:
-        """Whether a sum is zero: exactly for whole numbers, else to rounding relative to ``size``."""
-        value = self(total)
-        return bool(value == 0) or bool(value.is_Float and abs(value) <= 1e-12 * abs(self(size)))
 
 
 def join_flanges(line: Driveline) -> tuple[list[list[str]], dict[str, int]]:
@@ -128,62 +101,6 @@ def check_senses(elements: Iterable[Element], senses: Iterable[int], node_of: Ma
                 "closes a loop of gears whose senses of rotation contradict",
                 "an even number of external gear pairs must lie on a closed loop",
             )
-
-
-@dataclass
-class Placement:
-    """Which groups are placed by which form, and in what order."""
-
-    steps: list[tuple[int, int | None]] = field(default_factory=list)
-    dependent: list[int] = field(default_factory=list)
-
-
-def place(count: int, forms: Sequence[Coefficients], first: int, names: Sequence[str] = ()) -> Placement:
-    """Chooses the coordinates: order of groups, each with the form that places it (None for a root)."""
-    result = Placement()
-    placed: set[int] = set()
-    touching: dict[int, list[int]] = {group: [] for group in range(count)}
-    missing = [set(form) for form in forms]
-    for index, form in enumerate(forms):
-        for group in form:
-            touching[group].append(index)
-    ready = [index for index, groups in enumerate(missing) if len(groups) == 1]
-    used: set[int] = set()
-
-    def put(group: int, form: int | None) -> None:
-        placed.add(group)
-        result.steps.append((group, form))
-        for index in touching[group]:
-            missing[index].discard(group)
-            if len(missing[index]) == 1:
-                ready.append(index)
-
-    roots = iter([first, *(group for group in range(count) if group != first)])
-    while len(placed) < count:
-        while ready:
-            index = ready.pop(0)
-            if len(missing[index]) == 1:
-                used.add(index)
-                put(next(iter(missing[index])), index)
-        if len(placed) < count:
-            put(next(group for group in roots if group not in placed), None)
-    result.dependent = [index for index, form in enumerate(forms) if index not in used]
-    return result
-
-
-def solve_ratio(
-    steps: Sequence[tuple[int, int | None]], forms: Sequence[Coefficients], roots: Mapping[int, sympy.Expr]
-) -> dict[int, sympy.Expr]:
-    """Angles of all groups when the roots turn by the given angles and every relative angle stays zero."""
-    angle: dict[int, sympy.Expr] = {}
-    for group, index in steps:
-        if index is None:
-            angle[group] = roots.get(group, sympy.Integer(0))
-        else:
-            form = forms[index]
-            rest = sympy.Add(*(c * angle[g] for g, c in form.items() if g != group))
-            angle[group] = -rest / form[group]
-    return angle
 
 
 def reference_node(line: Driveline, node_of: Mapping[str, int]) -> int:

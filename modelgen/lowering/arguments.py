@@ -63,8 +63,7 @@ def _seen(fixed: Fixed, instance: Instance, motion: Motion) -> ca.SX:
     values = [value for form in instance.forms for value in (motion.forms[form], motion.form_rates[form])]
     for flange in fixed.equations.templates[instance.template].flanges:
         node = instance.nodes[flange]
-        group, ratio = fixed.equations.nodes[node].group, fixed.node_ratios[node]
-        values += [ratio * motion.angles[group], ratio * motion.speeds[group]]
+        values += [fixed.at_node(node, motion.angles), fixed.at_node(node, motion.speeds)]
     values += [motion.own[state - 2 * fixed.order] for state in instance.states]
     return ca.vertcat(*values)
 

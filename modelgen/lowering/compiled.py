@@ -31,8 +31,10 @@ class Compiled:
 
     ``expressions`` hands out plain CasADi SX (keys t, x, p, ode, outputs) for other tools. ``mean_model`` holds the functions for
     equilibrium and linearization: torque(angle, speed, own, p, w), linear(...) -> M, C, K, elements(...) -> torque on every
-    flange and mass terms, outputs(...), timed(clock angles, t, p) -> w, means(p) -> values and flags, completed(p) -> p with its
-    expressions, angles(x, p), coordinates(angle, speed, own, p), frequencies(p), node_ratios(p), ratios(p).
+    flange and mass terms, outputs(...), holders(...) as in ``modelgen.lowering.holders``, timed(clock angles, t, p) -> w,
+    means(p) -> values and flags, completed(p) -> p with its expressions, angles(x, p), coordinates(angle, speed, own, p),
+    frequencies(p), nodes(p) -> angles of the nodes per angles of the groups, ratios(p) -> speeds of the groups per speed of the
+    reference shaft, mean speeds, and these per each given speed.
 
     All these find discrete modes by comparison. ``switched`` gives the same model with modes as flags at the tail of p, for
     solvers that locate events; ``switching_parts`` builds it when it is first asked for.

@@ -1,8 +1,8 @@
 """Forces: every law evaluated at a motion, summed over nodes, then over groups to M angle'' = torque.
 
-Part of ``lower``, on ``fixed`` and ``motion``. Each instance calls the block of its template once. A node's torque acts on its
-group multiplied by the node's ratio, its mass terms by both ratios (virtual work). Modal damping, if asked for, is one more
-torque on the groups: its matrix arrives in the parameter vector, because modes are numeric.
+Part of ``lower``, on ``fixed`` and ``motion``. Each instance calls the block of its template once. A node's torque acts on
+the groups of its row with its coefficients, its mass terms with those of both nodes (virtual work). Modal damping, if asked for,
+is one more torque on the groups: its matrix arrives in the parameter vector, because modes are numeric.
 """
 
 from __future__ import annotations
@@ -13,11 +13,9 @@ import casadi as ca
 
 from modelgen.lowering.arguments import Arguments, flags_by_variable
 from modelgen.lowering.fixed import Fixed
+from modelgen.lowering.mass import Terms, add, solve_symmetric
 from modelgen.lowering.motion import Motion
 from modelgen.lowering.parameters import MODAL
-
-Terms = dict[tuple[int, int], ca.SX]
-"""Entries of a sparse matrix by row and column."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +57,7 @@ def forces_at(fixed: Fixed, arguments: list[Arguments], motion: Motion) -> Force
         for state, (_, symbol, *_) in zip(instance.states, template.states, strict=True):
             forces.rates[state - 2 * fixed.order] = rates[list(template.rates).index(symbol)]
         for (f, g), each in zip(template.mass, ca.vertsplit(mass) if template.mass else [], strict=True):
-            _add(forces.mass, (instance.nodes[f], instance.nodes[g]), each)
+            add(forces.mass, (instance.nodes[f], instance.nodes[g]), each)
         forces.by_flange.append(torque)
         forces.by_mass_term.append(mass)
         prefix = f"{instance.name}." if instance.name else ""
@@ -83,8 +81,9 @@ def _add_modal_damping(fixed: Fixed, motion: Motion, forces: Forces) -> None:
     torque = -ca.mtimes(matrix, rates)
     first: dict[int, int] = {}
     for index, node in enumerate(eq.nodes):
-        if node.group not in first and node.ratio == 1:
-            first[node.group] = index
+        group = node.group
+        if group is not None and node.row[group] == 1:
+            first.setdefault(group, index)
     for group, index in first.items():
         forces.torque[index] += torque[group]
     forces.powers["modal_damping.dissipated_power"] = -ca.dot(torque, rates)
@@ -92,26 +91,15 @@ def _add_modal_damping(fixed: Fixed, motion: Motion, forces: Forces) -> None:
 
 def balance_of(fixed: Fixed, forces: Forces) -> Balance:
     """The forces summed over the nodes of each group, and the accelerations that follow."""
-    nodes, ratios, n = fixed.equations.nodes, fixed.node_ratios, len(fixed.equations.groups)
+    n = len(fixed.equations.groups)
     sums = [ca.SX(0)] * n
-    for node, ratio, each in zip(nodes, ratios, forces.torque, strict=True):
-        sums[node.group] += ratio * each
+    for row, each in zip(fixed.node_rows, forces.torque, strict=True):
+        for group, c in row.items():
+            sums[group] += c * each
     mass: Terms = {}
     for (a, b), value in forces.mass.items():
-        _add(mass, (nodes[a].group, nodes[b].group), ratios[a] * ratios[b] * value)
-    torque = ca.vertcat(*sums)
-    if all(a == b for a, b in mass):
-        return Balance(torque, mass, ca.vertcat(*(torque[g] / mass[g, g] for g in range(n))))
-    return Balance(torque, mass, ca.solve(matrix_of(mass, n), torque))
-
-
-def matrix_of(terms: Terms, size: int) -> ca.SX:
-    """The square matrix of the terms."""
-    matrix = ca.SX(size, size)
-    for (row, column), value in terms.items():
-        matrix[row, column] += value
-    return matrix
-
-
-def _add(terms: Terms, key: tuple[int, int], value: ca.SX) -> None:
-    terms[key] = terms.get(key, ca.SX(0)) + value
+        for i, c in fixed.node_rows[a].items():
+            for j, d in fixed.node_rows[b].items():
+                add(mass, (i, j), c * d * value)
+    acceleration = solve_symmetric(mass, dict(enumerate(sums)))
+    return Balance(ca.vertcat(*sums), mass, ca.vertcat(*(acceleration[group] for group in range(n))))

@@ -2,7 +2,8 @@
 
 Part of ``lower``; equilibrium, linearization and modal analysis are built on its functions. A law's quantities that depend on
 time are inputs here (w), so that the caller decides whether they are means, values at an instant, or anything else. Modes are
-found by comparison, and what holds a speed in some of them is zero: a brake that sticks holds nothing here.
+found by comparison, and what holds a speed in some of them is zero: a brake that sticks holds nothing here, but its slip, its
+direction and its limits are given apart (``holders``).
 """
 
 from __future__ import annotations
@@ -15,7 +16,9 @@ from modelgen.lowering.arguments import arguments_at
 from modelgen.lowering.channels import channels_of
 from modelgen.lowering.clocks import Clocks
 from modelgen.lowering.fixed import Fixed
-from modelgen.lowering.forces import balance_of, forces_at, matrix_of
+from modelgen.lowering.forces import balance_of, forces_at
+from modelgen.lowering.holders import holders_of
+from modelgen.lowering.mass import matrix_of
 from modelgen.lowering.motion import coordinates_of, group_values, motion_of_angles
 
 
@@ -33,7 +36,8 @@ def mean_model(fixed: Fixed, clocks: Clocks, x: ca.SX) -> dict[str, ca.Function]
     w = ca.SX.sym("w", borders[-1])
     still = [ca.vertcat(*(ca.SX(0) for _ in block.slots.clocks)) for block in blocks]
     motion = motion_of_angles(fixed, t, angles, speeds, own)
-    forces = forces_at(fixed, arguments_at(fixed, motion, still, ca.vertsplit(w, borders) if blocks else []), motion)
+    arguments = arguments_at(fixed, motion, still, ca.vertsplit(w, borders) if blocks else [])
+    forces = forces_at(fixed, arguments, motion)
     balance = balance_of(fixed, forces)
     outputs = ca.vertcat(*channels_of(fixed, motion, forces, balance).values())
     torque, matrix, outputs, by_flange, by_mass_term = (
@@ -43,6 +47,7 @@ def mean_model(fixed: Fixed, clocks: Clocks, x: ca.SX) -> dict[str, ca.Function]
             *(ca.vertcat(*forces.by_flange), ca.vertcat(*forces.by_mass_term)),
         )
     )
+    held = holders_of(fixed, motion, arguments, speeds)
     explicit = [ca.SX(flag) for block in blocks for flag in block.explicit_mean]
     means = [block.mean(*given) for block, given in zip(blocks, fixed.given, strict=True)]
     placed, placed_rates = (ca.vertcat(*group_values(fixed, part)) for part in (x[:order], x[order : 2 * order]))
@@ -53,16 +58,31 @@ def mean_model(fixed: Fixed, clocks: Clocks, x: ca.SX) -> dict[str, ca.Function]
         "linear": (given, [matrix, -ca.jacobian(torque, speeds), -ca.jacobian(torque, angles)]),
         "elements": (given, [by_flange, by_mass_term]),
         "outputs": (given, [outputs]),
+        "holders": (given, [ca.substitute(each, t, 0) for each in vars(held).values()]),
         "completed": ([p], [_completed(fixed)]),
         "timed": ([clocks.angles, t, p], [ca.vertcat(*clocks.timed)]),
         "means": ([p], [ca.vertcat(*means), ca.vertcat(*explicit)]),
         "angles": ([x, p], [placed, placed_rates]),
         "coordinates": ([angles, speeds, own, p], [ca.vertcat(*coordinates, own)]),
         "frequencies": ([p], [ca.vertcat(*fixed.frequencies)]),
-        "node_ratios": ([p], [ca.vertcat(*fixed.node_ratios)]),
-        "ratios": ([p], [ca.vertcat(*fixed.ratios), ca.vertcat(*fixed.mean_speeds)]),
+        "nodes": ([p], [_rows(fixed.node_rows, n)]),
+        "ratios": ([p], [ca.vertcat(*fixed.ratios), ca.vertcat(*fixed.mean_speeds), _by_speed(fixed)]),
     }
     return {name: ca.Function(name, inputs, results) for name, (inputs, results) in functions.items()}
+
+
+def _rows(rows: list[dict[int, ca.SX]], groups: int) -> ca.SX:
+    """Rows over groups as a matrix, sparse."""
+    matrix = ca.SX(len(rows), groups)
+    for index, row in enumerate(rows):
+        for group, c in row.items():
+            matrix[index, group] = c
+    return matrix
+
+
+def _by_speed(fixed: Fixed) -> ca.SX:
+    """Mean speeds of the groups per each of the given speeds, (groups, given speeds)."""
+    return ca.vertcat(*(ca.horzcat(*row) for row in fixed.by_speed))
 
 
 def _completed(fixed: Fixed) -> ca.SX:

@@ -69,6 +69,9 @@ def group_values(fixed: Fixed, coordinates: ca.SX, rigid: bool = True) -> list[c
     for step in fixed.equations.steps:
         if step.form is None:
             placed[step.group] = coordinates[step.state] if rigid else ca.SX(0)
+        elif step.over is not None:
+            kept = (state for state in fixed.placed[step.group] if rigid or fixed.equations.steps[state].form is not None)
+            placed[step.group] = _combined({state: fixed.placed[step.group][state] for state in kept}, coordinates)
         else:
             coefficients = fixed.coefficients[step.form]
             rest = _combined({group: c for group, c in coefficients.items() if group != step.group}, placed)

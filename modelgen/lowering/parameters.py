@@ -14,6 +14,7 @@ import casadi as ca
 import numpy as np
 import sympy
 
+from modelgen.equations.conditions import Exact
 from modelgen.equations.records import DerivedParameter, Equations, Parameter
 from modelgen.errors import CaseError, ModelError, NamingError, nearest
 from modelgen.lowering.visitor import Visitor
@@ -43,6 +44,10 @@ class ParameterTable:
         self.table = {symbol: self.vector_symbol[index] for index, symbol in enumerate(self.symbols)}
         self._expressions = self._compile_expressions()
         self._last: dict[str, tuple[Any, np.ndarray]] = {}
+        self.conditions = equations.conditions
+        deciding = set().union(*(condition.symbols for condition in self.conditions))
+        self._deciding = [row for row, symbol in enumerate(self.symbols) if symbol in deciding]
+        self._kept: set[bytes] = set()
 
     def _compile_expressions(self) -> dict[str, ca.Function]:
         visitor = Visitor(self.table, "parameters")
@@ -86,7 +91,17 @@ class ParameterTable:
             if result.shape != (len(derived.symbols),) or not np.all(np.isfinite(result)):
                 raise ModelError(f"derived parameter {name!r}", f"came out as {result[:4]}", "check the parameters it depends on")
             p[self.slices[name]] = result
+        self._check_conditions(p)
         return p
+
+    def _check_conditions(self, p: np.ndarray) -> None:
+        """Raises ModelError for values at which the coordinates, chosen when the driveline was assembled, are wrong."""
+        deciding = p[self._deciding].tobytes()
+        if deciding not in self._kept:
+            exact = Exact({self.symbols[row]: float(p[row]) for row in self._deciding})
+            for condition in self.conditions:
+                condition.check(exact)
+            self._kept = {deciding}
 
     def _derive(self, derived: DerivedParameter, arguments: dict[str, Any]) -> np.ndarray:
         """The value of a derived parameter; that for the arguments of the last time is remembered, as in a sweep of others."""

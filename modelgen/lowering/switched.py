@@ -17,7 +17,8 @@ from modelgen.equations.records import Instance
 from modelgen.errors import ModelError
 from modelgen.lowering.clocks import Clocks
 from modelgen.lowering.fixed import Fixed
-from modelgen.lowering.forces import Balance, matrix_of
+from modelgen.lowering.forces import Balance
+from modelgen.lowering.mass import Terms, solve_symmetric
 from modelgen.lowering.motion import Motion, coordinates_of
 from modelgen.lowering.program import program_of
 from modelgen.lowering.sampling import sampled
@@ -207,18 +208,22 @@ def _after(
         combination = ca.SX.zeros(1, groups)
         for flange, coefficient in reset.coefficients.items():
             node = instance.nodes[flange]
-            combination[eq.nodes[node].group] += visit(coefficient) * fixed.node_ratios[node]
+            for group, ratio in fixed.node_rows[node].items():
+                combination[group] += visit(coefficient) * ratio
         rows.append(combination)
         wanted.append(after[row] - present[row])
     if rows:
-        g, mass = ca.vertcat(*rows), balance.mass
-        if all(a == b for a, b in mass):
-            spread = ca.vertcat(*(g[:, k].T / mass[k, k] for k in range(groups)))
-        else:
-            spread = ca.solve(ca.densify(matrix_of(mass, groups)), g.T)
+        g = ca.vertcat(*rows)
+        spread = ca.horzcat(*(_mobility(balance.mass, row) for row in rows))
         along = ca.mtimes(g, spread)
         impulse = ca.vertcat(*wanted) / along if len(rows) == 1 else ca.solve(along, ca.vertcat(*wanted))
         change = coordinates_of(fixed, ca.mtimes(spread, impulse))
         for row, each in enumerate(change):
             state[n + row] += each
     return state
+
+
+def _mobility(mass: Terms, row: ca.SX) -> ca.SX:
+    """M^-1 times a row over the groups, as a column."""
+    solved = solve_symmetric(mass, {group: row[group] for group in row.sparsity().get_triplet()[1]})
+    return ca.vertcat(*(solved.get(group, ca.SX(0)) for group in range(row.numel())))

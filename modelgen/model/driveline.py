@@ -27,6 +27,9 @@ RESERVED = ("speed", "total", "time", "modal", "modal_damping")
 class Driveline:
     """Named elements and their connections; the first of the seven records.
 
+    ``speed`` is the mean speed of the ``reference`` shaft. Where constraints leave several mean speeds free, as in a planetary
+    set without a held member, ``speeds={"sun": "1500 rpm", "ring": 0}`` gives as many; the reference shaft's is ``speed``.
+
     A branched driveline, an engine that drives a pump through a gear pair and a fan through a belt-like shaft:
 
     >>> from modelgen import Driveline, GearPair, HarmonicTorque, Inertia, Shaft
@@ -62,6 +65,7 @@ class Driveline:
     assemblies: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     drifts: bool = False
     description: str = ""
+    speeds: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         where = f"driveline {self.name!r}"
@@ -79,10 +83,9 @@ class Driveline:
         put(self, "parameters", MappingProxyType({key: named_parameter(key, value) for key, value in self.parameters.items()}))
         put(self, "bases", MappingProxyType({key: base_frequency(key, value) for key, value in self.bases.items()}))
         put(self, "assemblies", MappingProxyType({key: tuple(value) for key, value in self.assemblies.items()}))
-        if isinstance(self.speed, str):
-            put(self, "speed", read_quantity(self.speed, "rad/s", f"{where}, speed"))
+        self._read_speeds(where)
         if self.speed is not None:
-            put(self, "speed", finite(plain_number(self.speed, f"{where}, speed", "rad/s"), f"{where}, speed"))
+            put(self, "speed", _speed(self.speed, f"{where}, speed"))
             if self.speed <= 0:
                 raise ModelError(
                     where, f"the operating speed is {self.speed:g} rad/s", "give a positive speed: angles count forward"
@@ -100,6 +103,20 @@ class Driveline:
             for name in members:
                 if name not in names:
                     raise NamingError(f"assembly {assembly!r}", f"holds {name!r}, which is no element", nearest(str(name), names))
+
+    def _read_speeds(self, where: str) -> None:
+        """Mean speeds by shaft; that of the reference shaft, else the first that turns forward, is the operating speed."""
+        put = object.__setattr__
+        if not isinstance(self.speeds, Mapping):
+            raise ModelError(where, f"speeds is {self.speeds!r:.60}", 'give {"sun": "1500 rpm", "ring": 0}')
+        values = {name: _speed(value, f"{where}, speed of {name!r}") for name, value in self.speeds.items()}
+        if values and self.reference is None:
+            put(self, "reference", next((name for name, value in values.items() if value > 0), next(iter(values))))
+        if self.reference in values:
+            put(self, "speed", values.pop(self.reference))
+        if values and self.speed is None:
+            raise ModelError(where, f"gives no speed to its reference shaft {self.reference!r}", "add it to speeds")
+        put(self, "speeds", MappingProxyType(values))
 
     def _check_names(self, where: str) -> None:
         taken: dict[str, str] = {}
@@ -246,3 +263,8 @@ class Driveline:
         return f"driveline {self.name!r}: {len(self.elements)} elements ({listed}){at}"
 
     __repr__ = __str__
+
+
+def _speed(value: Any, where: str) -> float:
+    """A mean speed [rad/s] from a text with a unit or a number in SI."""
+    return read_quantity(value, "rad/s", where) if isinstance(value, str) else finite(plain_number(value, where, "rad/s"), where)

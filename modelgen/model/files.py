@@ -40,7 +40,7 @@ _TABLES = (
     "connections",
     "assemblies",
 )
-_OPERATION = ("speed", "reference", "balance", "drifts")
+_OPERATION = ("speed", "reference", "balance", "drifts", "speeds")
 
 
 def read_model(path: str | Path) -> Driveline:
@@ -130,7 +130,8 @@ class _Reader:
                 elements=tuple(elements),
                 connections=tuple(self.pair(each) for each in self.list_of(data.get("connections", []), "connections")),
                 parameters={k: self.parameter(k, v) for k, v in self.table(data.get("parameters", {}), "parameters").items()},
-                speed=self.speed(operation),
+                speed=self.speed(operation.get("speed"), "operation", "speed"),
+                speeds=self.speeds(operation),
                 reference=self.text_of(operation, "reference", None, "operation") if "reference" in operation else None,
                 bases={k: self.base(k, v) for k, v in self.table(data.get("bases", {}), "bases").items()},
                 balanced=tuple(map(str, self.list_of(operation.get("balance", []), "operation", "balance"))),
@@ -172,11 +173,14 @@ class _Reader:
             raise self.refuse(("connections",), f"holds {value!r}", 'write pairs such as ["shaft.b", "wheel"]')
         return value[0], value[1]
 
-    def speed(self, operation: Mapping[str, Any]) -> Any:
-        speed = operation.get("speed")
+    def speed(self, speed: Any, *keys: str) -> Any:
         if speed is not None and not isinstance(speed, str):
-            raise self.refuse(("operation", "speed"), f"is {speed!r}", 'give it with a unit, such as "1900 rpm"')
+            raise self.refuse(keys, f"is {speed!r}", 'give it with a unit, such as "1900 rpm"')
         return speed
+
+    def speeds(self, operation: Mapping[str, Any]) -> dict[str, Any]:
+        given = self.table(operation.get("speeds", {}), "operation", "speeds")
+        return {name: 0.0 if value == 0 else self.speed(value, "operation", "speeds", name) for name, value in given.items()}
 
     def drifts(self, operation: Mapping[str, Any]) -> bool:
         drifts = operation.get("drifts", False)

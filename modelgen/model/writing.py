@@ -39,6 +39,8 @@ def model_text(line: Driveline) -> str:
     operation: dict[str, Any] = {}
     if line.speed is not None:
         operation["speed"] = f"{line.speed!r} rad/s"
+    if line.speeds:
+        operation["speeds"] = {name: f"{value!r} rad/s" for name, value in line.speeds.items()}
     if line.reference is not None:
         operation["reference"] = line.reference
     if line.balanced:

@@ -157,9 +157,8 @@ class _Pair:
             return {}
         model, point = self.model, self.point
         nodes = [self.instance.nodes[flange] for flange in ("a", "b")]
-        ratios = np.asarray(model.mean_model["node_ratios"](point.p)).ravel()
-        groups = [model.equations.nodes[node].group for node in nodes]
-        j_a, j_b = (point.mass[group, group] / ratios[node] ** 2 for node, group in zip(nodes, groups, strict=True))
+        rows = model.mean_model["nodes"](point.p).full()[nodes]
+        j_a, j_b = (float(1 / (row @ np.linalg.solve(point.mass, row))) for row in rows)
         return {form: mesh_damping(stiffness, j_a, j_b, radius_a, radius_b, ratio, form) for form in FORMS}
 
 

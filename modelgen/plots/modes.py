@@ -89,7 +89,7 @@ def _train(driveline: Driveline | Equations) -> _Train:
     for joint in places.joints:
         joined[joint.kind].append((station[joint.first], station[joint.second]))
     names = tuple(equations.nodes[node].name for node in order)
-    groups = tuple(equations.nodes[node].group for node in order)
+    groups = tuple(order)
     return _Train(names, groups, tuple(joined["shaft"]), tuple(joined["gear"]))
 
 

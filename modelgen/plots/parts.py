@@ -147,7 +147,7 @@ def _speeds(equations: Equations, values: Values) -> dict[int, float]:
     speed = values.value[equations.speed] * 30 / 3.141592653589793
     found = {}
     for index, node in enumerate(equations.nodes):
-        ratio = values.number(equations.mean_speeds[node.group] * node.ratio)
+        ratio = values.number(node.over(equations.mean_speeds))
         if ratio is not None:
             found[index] = speed * ratio
     return found

@@ -19,6 +19,7 @@ from modelgen.equations import assemble
 from modelgen.errors import CaseError
 from modelgen.lowering import Compiled, Section, lower
 from modelgen.model import Driveline
+from modelgen.solvers.start import read_start
 from modelgen.units import finite
 
 STARTS = ("static", "zero")
@@ -30,7 +31,9 @@ class Case:
 
     ``model``: a compiled model, or a driveline, which is then compiled. ``end`` [s]: end of the run; ``begin`` [s]: its start.
     ``parameters``: values by name that differ from the model's own. ``start``: "static" (equilibrium under the mean torques),
-    "zero" (uniform rotation, nothing twisted), or values of states by name on top of the static ones. ``samples`` outputs are
+    "zero" (uniform rotation, nothing twisted), values of states by name on top of the static ones, values of channels such as
+    ``{"motor.speed": "0 rpm", "coupling.torque": "5 N*m"}`` (absolute; what is not named is at rest relative to the uniform
+    rotation, and not twisted), or an earlier solution, whose final state it then is. ``samples`` outputs are
     equally spaced from ``record_from`` to ``end``; ``channels`` limits which are kept. ``tolerance`` is relative to the scale of
     each state. ``options`` are those of the solver. ``sections``: channels whose passing of a value is to be located and logged.
     Raises CaseError for what cannot be.
@@ -73,8 +76,7 @@ class Case:
             raise CaseError("case, times", f"are {times} s", "they must follow each other")
         if isinstance(self.samples, bool) or not isinstance(self.samples, int) or not 2 <= self.samples <= 50_000_000:
             raise CaseError("case, samples", f"is {self.samples!r}", "give a whole number from 2 up")
-        if isinstance(self.start, str) and self.start not in STARTS:
-            raise CaseError("case, start", f"is {self.start!r}", 'give "static", "zero", or values of states by name')
+        put(self, "start", self._start(self.start))
         if self.inputs:
             raise CaseError("case, inputs", f"names {next(iter(self.inputs))!r}", "this model has no inputs")
         if self.channels is not None:
@@ -90,6 +92,19 @@ class Case:
                 self.model.output_index(section.channel)
         for name in ("parameters", "options", "inputs"):
             put(self, name, MappingProxyType(dict(getattr(self, name))))
+
+    def _start(self, start: Any) -> str | Mapping[str, float]:
+        """The start as a word, or as values of states and channels by name; an earlier solution gives its final state."""
+        if isinstance(start, str) and start in STARTS:
+            return start
+        if hasattr(start, "final"):
+            if not start.final:
+                raise CaseError("case, start", "is a solution without a single sample", "take one that ran")
+            start = start.final
+        if not isinstance(start, Mapping):
+            remedy = 'give "static", "zero", values of states and channels by name, or an earlier solution'
+            raise CaseError("case, start", f"is {start!r:.60}", remedy)
+        return MappingProxyType(read_start(self.model, start) if self.model is not None else dict(start))
 
     def times(self) -> NDArray[np.float64]:
         """Output times [s]."""

@@ -8,17 +8,18 @@ meshes on the flank that the mean torque presses.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from modelgen.errors import BalanceError
+from modelgen.errors import BalanceError, CaseError
 from modelgen.lowering import Compiled
 from modelgen.lowering.parameters import MODAL
-from modelgen.solvers.equilibrium import Coordinates, linear_model, mean_torque, own_start, static_angles
+from modelgen.solvers.equilibrium import Coordinates, linear_model, mean_torque, own_start
 from modelgen.solvers.sampled_turn import sampled_turn
+from modelgen.solvers.static_state import StaticState, remaining_torques, static_state
 
 Array = NDArray[np.float64]
 SAMPLES = 2048  # of one turn of each clock: exact for Fourier rows below this order
@@ -31,6 +32,8 @@ class OperatingPoint:
     ``p`` (parameters, complete), ``mean`` (means of what varies with time), ``angle`` (static angle of each group [rad], from
     uniform rotation), ``start`` (the static state), ``mass``, ``damping``, ``stiffness`` (matrices over group angles), ``drift``
     [rad/s^2] (acceleration of the reference shaft that an unbalanced mean torque causes), ``coordinates`` (states and angles).
+    ``holding`` [N*m]: torque of every element that sticks or has slipped on the way; ``remarks``: what the torques alone do not
+    decide, and what was taken. ``no_rest``: why there is no static state, where none was needed; the angles are then zero.
     """
 
     p: Array
@@ -42,10 +45,20 @@ class OperatingPoint:
     stiffness: Array
     drift: float
     coordinates: Coordinates
+    holding: Mapping[str, float] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()
+    no_rest: str = ""
 
     def frequencies(self) -> Array:
         """Undamped natural frequencies [Hz], sorted; a rigid rotation is at zero."""
         return natural_frequencies(self.mass, self.stiffness)
+
+    def remaining(self, model: Compiled) -> list[tuple[str, float, float]]:
+        """Where several speeds are given: the shaft of each, the mean torque left along it, and the sum of the sizes."""
+        if self.coordinates.by_speed.shape[1] < 2:
+            return []
+        torque = mean_torque(model, self.p, self.mean, np.zeros(len(self.angle)), own_start(model))
+        return remaining_torques(model, torque, self.coordinates)
 
 
 def natural_frequencies(mass: Array, stiffness: Array) -> Array:
@@ -63,8 +76,11 @@ def _symmetric_form(mass: Array, stiffness: Array) -> tuple[Array, Array]:
     return factor, np.asarray((symmetric + symmetric.T) / 2)
 
 
-def operating_point(model: Compiled, values: Mapping[str, Any] | None = None) -> OperatingPoint:
+def operating_point(model: Compiled, values: Mapping[str, Any] | None = None, must_rest: bool = True) -> OperatingPoint:
     """The operating point for the model's parameters with some changed by name.
+
+    With ``must_rest=False`` a driveline without an equilibrium has one too, with every angle at zero and the reason in
+    ``no_rest``: enough to integrate from a given state.
 
     Raises BalanceError when the mean torques do not balance and the driveline is not declared to drift, CaseError when there is
     no equilibrium.
@@ -75,18 +91,25 @@ def operating_point(model: Compiled, values: Mapping[str, Any] | None = None) ->
     [45.236, 75.253, 124.143]
     """
     p = model.parameters.vector(values)
-    _balance(model, p, set(values or ()))
-    mean = mean_values(model, p)
     coordinates = Coordinates.of(model, p)
-    angle, drift = static_angles(model, p, mean, coordinates)
-    own = own_start(model)
+    _balance(model, p, set(values or ()), coordinates)
+    mean = mean_values(model, p)
+    try:
+        rest, no_rest = static_state(model, p, mean, coordinates), ""
+    except CaseError as error:
+        if must_rest:
+            raise
+        rest, no_rest = StaticState(np.zeros(len(coordinates.ratio)), 0.0, {}, ()), f"{error.where}: {error.problem}"
+    own, angle = own_start(model), rest.angle
     mass, damping, stiffness = linear_model(model, p, mean, angle, own)
     if model.equations.modal_ratio is not None:
         zeta = model.parameters.value(p, model.equations.modal_ratio)
         p[model.parameters.slices[MODAL]] = _modal_damping(mass, stiffness, zeta).ravel(order="F")
         mass, damping, stiffness = linear_model(model, p, mean, angle, own)
     start = np.asarray(model.mean_model["coordinates"](angle, np.zeros_like(angle), own, p)).ravel()
-    return OperatingPoint(p, mean, angle, start, mass, damping, stiffness, drift, coordinates)
+    return OperatingPoint(
+        p, mean, angle, start, mass, damping, stiffness, rest.drift, coordinates, rest.holding, rest.remarks, no_rest
+    )
 
 
 def mean_values(model: Compiled, p: Array) -> Array:
@@ -99,26 +122,47 @@ def mean_values(model: Compiled, p: Array) -> Array:
     return stated
 
 
-def _balance(model: Compiled, p: Array, fixed: set[str]) -> None:
-    """Sets the scale of the balanced loads, in place, so that the mean power of the whole driveline is zero."""
+def _balance(model: Compiled, p: Array, fixed: set[str], coordinates: Coordinates) -> None:
+    """Sets the scales of the balanced loads, in place, so that the mean torques do no work along any given speed.
+
+    With one operating speed all loads share one factor; with several there is one load for each, and R^T (mean torques) = 0.
+    """
     names = [name for name in model.equations.balanced if name not in fixed]
     if not names:
         return
     own, n = own_start(model), len(model.equations.groups)
+    where = f"driveline {model.name!r}"
     entries = [model.parameters.slices[name].start for name in names]
     given = p[entries].copy()
+    count = coordinates.by_speed.shape[1]
+    if count > 1 and len(names) != count:
+        what = f"balances {len(names)} load{'s' * (len(names) > 1)}, but {count} mean speeds are given"
+        raise BalanceError(where, what, "balance one load for each of them")
+    groups = np.eye(len(names)) if count > 1 else np.ones((1, len(names)))
 
-    def power(factor: float) -> float:
-        p[entries] = factor * given
-        speeds = np.asarray(model.mean_model["ratios"](p)[1]).ravel()
-        return float(speeds @ mean_torque(model, p, mean_values(model, p), np.zeros(n), own))
+    def work(factors: Array) -> Array:
+        p[entries] = factors * given
+        torque = mean_torque(model, p, mean_values(model, p), np.zeros(n), own)
+        if count > 1:
+            return np.asarray(coordinates.by_speed.T @ torque)
+        return np.array([coordinates.speed @ torque])
 
-    without, load = power(0.0), power(1.0)
-    if load == without:
-        raise BalanceError(
-            f"driveline {model.name!r}", "the balanced loads have no mean torque", "give them a mean, or balance other loads"
-        )
-    p[entries] = given * (without / (without - load))
+    without = work(np.zeros(len(names)))
+    loads = np.array([work(row) - without for row in groups]).T
+    if len(groups) == 1:
+        if not np.any(coordinates.speed):
+            what = "has loads to balance, but ground holds every shaft at rest in the mean"
+            raise BalanceError(where, what, "take out the balance, or what ties the driveline to ground")
+        if loads[0, 0] == 0.0 and abs(without[0]) > 1e12 * np.abs(coordinates.speed).max():
+            what = f"the balanced loads are lost in rounding beside {without[0]:.3g} W of the other mean torques"
+            raise BalanceError(where, what, "check the mean torques")
+        if loads[0, 0] == 0.0:
+            raise BalanceError(where, "the balanced loads have no mean torque", "give them a mean, or balance other loads")
+        p[entries] = given * (without[0] / -loads[0, 0])
+        return
+    if np.linalg.matrix_rank(loads) < count:
+        raise BalanceError(where, f"the loads {', '.join(names)} do not balance every given speed", "take others")
+    p[entries] = given * np.linalg.solve(loads, -without)
 
 
 def _modal_damping(mass: Array, stiffness: Array, zeta: float) -> Array:

@@ -29,8 +29,10 @@ def state_scales(model: Compiled, point: OperatingPoint, start: Array) -> Array:
         stiffness = _own_stiffness(model, point)
         mobility = np.diag(c.to_states @ np.linalg.solve(point.mass, c.to_states.T))
         # Lever of each coordinate: a torque T at the reference shaft is a generalized force T / lever in it.
+        # Where its shafts stand still in the mean, the coordinate's own lever takes its place.
         lever = np.abs(c.to_states * c.ratio).max(axis=1)
-        force = _reference_torque(model, point, start) / np.where(lever > 0, lever, 1.0)
+        lever = np.where(lever > 0, lever, np.abs(c.to_states).max(axis=1))
+        force = _reference_torque(model, point, start) / lever
         energy = _vibration_energy(point, start[n : 2 * n])
         with np.errstate(divide="ignore", invalid="ignore"):
             size = np.where(force > 0, force / stiffness, np.sqrt(2 * energy / stiffness))

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from modelgen.errors import CaseError, nearest
-from modelgen.lowering import Compiled
 from modelgen.lowering.switched import SwitchedModel
 from modelgen.solvers.case import Case
 from modelgen.solvers.equilibrium import Array
@@ -23,6 +22,7 @@ from modelgen.solvers.problem import InitialValueProblem, SolverOptions
 from modelgen.solvers.registry import SOLVERS, solve
 from modelgen.solvers.scales import state_scales
 from modelgen.solvers.solution import Solution
+from modelgen.solvers.start import starting_state
 
 _OPTIONS = tuple(name for name in SolverOptions.__dataclass_fields__ if name != "tolerance")
 
@@ -42,7 +42,7 @@ def simulate(case: Case) -> Solution:
     if case.model is None:
         raise CaseError("case", "has no compiled model", "a loaded case cites its model only; give it the driveline again")
     model = case.model
-    point = operating_point(model, case.parameters)
+    point = operating_point(model, case.parameters, must_rest=case.start == "static")
     options = solver_options(case.tolerance, case.options)
     problem, offset = initial_value_problem(case, point)
     trajectory = solve(problem, case.solver, options)
@@ -75,7 +75,7 @@ def initial_value_problem(case: Case, point: OperatingPoint) -> tuple[InitialVal
     (Not where sections are asked for: a channel on which one lies may show these angles.)
     """
     model = case.model
-    start = starting_state(model, point, case.start)
+    start = starting_state(model, point, case.start, case.begin)
     offset = np.zeros_like(start)
     if not case.sections:
         rigid = list(model.equations.rigid)
@@ -125,17 +125,6 @@ def events_of(case: Case) -> SwitchedModel | None:
             raise CaseError(where, found, f"take {', '.join(able)}")
         return None
     return switched if wanted == "on" or (wanted == "auto" and (needed or switched.switching.jumps)) else None
-
-
-def starting_state(model: Compiled, point: OperatingPoint, start: str | Mapping[str, float]) -> Array:
-    """The state that a run starts from."""
-    if isinstance(start, str):
-        own = [state.start if state.kind == "own" else 0.0 for state in model.equations.states]
-        return point.start.copy() if start == "static" else np.array(own)
-    state = point.start.copy()
-    for name, value in start.items():
-        state[model.state_index(name)] = float(value)
-    return state
 
 
 def solver_options(tolerance: float, options: Mapping[str, Any]) -> SolverOptions:

@@ -73,7 +73,7 @@ class Solution:
 
     @property
     def final(self) -> dict[str, float]:
-        """The last state by name."""
+        """The last state by name [SI]; another case may start from it: ``Case(line, start=solution, ...)``."""
         return dict(zip(self.state_names, self.states[-1].tolist(), strict=True)) if len(self.times) else {}
 
     @property

@@ -21,10 +21,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class FlangeMap:
-    """Where the torques and mass terms of the elements act: ``element``, ``group`` and ratio of each flange and mass term."""
+    """Where torques and mass terms act: element and node of each flange, element and nodes of each mass term."""
 
     flange_element: NDArray[np.intp]
-    flange_group: NDArray[np.intp]
     flange_node: NDArray[np.intp]
     mass_element: NDArray[np.intp]
     mass_nodes: NDArray[np.intp]
@@ -41,8 +40,7 @@ class FlangeMap:
             terms += [(index, instance.nodes[f], instance.nodes[g]) for f, g in template.mass]
         by_flange = np.array(flanges, dtype=np.intp).reshape(-1, 2)
         by_term = np.array(terms, dtype=np.intp).reshape(-1, 3)
-        group = np.array([node.group for node in eq.nodes], dtype=np.intp)
-        return cls(by_flange[:, 0], group[by_flange[:, 1]], by_flange[:, 1], by_term[:, 0], by_term[:, 1:])
+        return cls(by_flange[:, 0], by_flange[:, 1], by_term[:, 0], by_term[:, 1:])
 
 
 @functools.lru_cache(maxsize=16)
@@ -60,13 +58,11 @@ def energy_shares(model: Compiled, p: Array, mean: Array, angle: Array, own: Arr
     Each column sums to 1; the potential shares of a mode without potential energy are zero.
     """
     where = FlangeMap.of(model)
-    ratio = np.asarray(model.mean_model["node_ratios"](p)).ravel()
+    at_node = model.mean_model["nodes"](p).full() @ shapes
     stiffness, mass = element_stiffness(model)(angle, np.zeros(len(angle)), own, p, mean)
     count = len(model.equations.instances)
-    at_flange = ratio[where.flange_node, None] * shapes[where.flange_group]
-    potential = _by_element(where.flange_element, -at_flange * (stiffness @ shapes).full(), count)
-    group = np.array([node.group for node in model.equations.nodes], dtype=np.intp)
-    first, second = (ratio[nodes, None] * shapes[group[nodes]] for nodes in where.mass_nodes.T)
+    potential = _by_element(where.flange_element, -at_node[where.flange_node] * (stiffness @ shapes).full(), count)
+    first, second = (at_node[nodes] for nodes in where.mass_nodes.T)
     kinetic = _by_element(where.mass_element, np.asarray(mass).reshape(-1, 1) * first * second, count)
     return _normalized(kinetic), _normalized(potential)
 

@@ -253,12 +253,11 @@ def _stress_rows(model: Compiled, diameters: Mapping[str, Diameter]) -> dict[str
 def _gears(model: Compiled, p: Array) -> list[str]:
     """Elements that join shafts of different speed or sense."""
     eq = model.equations
-    ratio = np.asarray(model.mean_model["node_ratios"](p)).ravel()
-    group = np.asarray(model.mean_model["ratios"](p)[0]).ravel()
+    ratio = model.mean_model["nodes"](p).full() @ np.asarray(model.mean_model["ratios"](p)[0]).ravel()
     found = []
     for instance in eq.instances:
         template = eq.templates[instance.template]
-        turning = {round(float(ratio[node] * group[eq.nodes[node].group]), 12) for node in instance.nodes.values()}
+        turning = {round(float(ratio[node]), 12) for node in instance.nodes.values()}
         if len(instance.nodes) > 1 and (template.sense < 0 or len(turning) > 1):
             found.append(instance.name)
     return found

@@ -122,10 +122,9 @@ def modal(
 def _result(model: Compiled, p: Array, mean: Array, angle: Array, modes: Modes, pairs: DampedModes) -> ModalResult:
     """Modes over the groups, told over nodes and elements."""
     nodes = model.equations.nodes
-    group = [node.group for node in nodes]
-    node_ratio = np.asarray(model.mean_model["node_ratios"](p)).ravel()
-    ratio = node_ratio * np.asarray(model.mean_model["ratios"](p)[0]).ravel()[group]
-    shapes = node_ratio[:, None] * modes.shapes[group]
+    at_nodes = model.mean_model["nodes"](p).full()
+    ratio = at_nodes @ np.asarray(model.mean_model["ratios"](p)[0]).ravel()
+    shapes = at_nodes @ modes.shapes
     largest = shapes[np.abs(shapes).argmax(axis=0), np.arange(shapes.shape[1])]
     kinetic, potential = energy_shares(model, p, mean, angle, own_start(model), modes.shapes)
     potential[:, : modes.free] = 0.0
@@ -136,7 +135,7 @@ def _result(model: Compiled, p: Array, mean: Array, angle: Array, modes: Modes, 
         ratio=ratio,
         frequencies=modes.frequencies,
         shapes=shapes / largest,
-        referred=shapes / largest / ratio[:, None],
+        referred=referred(shapes / largest, ratio),
         modal_inertia=1 / largest**2,
         rigid=modes.free,
         repeated=repeated_modes(modes),
@@ -146,10 +145,16 @@ def _result(model: Compiled, p: Array, mean: Array, angle: Array, modes: Modes, 
         damped_frequencies=pairs.frequencies,
         damping_ratios=pairs.damping_ratios,
         decay_rates=pairs.decay_rates,
-        damped_shapes=node_ratio[:, None] * pairs.shapes[group],
+        damped_shapes=at_nodes @ pairs.shapes,
         complete=len(modes.squares) == len(model.equations.groups),
         released=tuple(each.name for each in model.equations.instances if model.equations.templates[each.template].holds),
     )
+
+
+def referred(shapes: Array, ratio: Array) -> Array:
+    """Shapes (nodes, modes) per speed ratio of each node; not a number where a node stands still in the mean."""
+    turning = ratio[:, None] != 0
+    return np.asarray(np.where(turning, shapes / np.where(turning, ratio[:, None], 1.0), np.nan))
 
 
 def repeated_modes(modes: Modes) -> tuple[tuple[int, ...], ...]:

@@ -5,18 +5,16 @@ Below ``forced`` and the ``angles`` of ``time_domain``.
 
 from __future__ import annotations
 
-import numpy as np
-
 from modelgen.lowering import Compiled
 from modelgen.solvers.operating_point import OperatingPoint
 
 
 def referred_ratios(model: Compiled, point: OperatingPoint) -> dict[str, float]:
     """Speed of every single-flange inertia per speed of the reference shaft."""
-    node_ratio = np.asarray(model.mean_model["node_ratios"](point.p)).ravel()
+    ratio = model.mean_model["nodes"](point.p).full() @ point.coordinates.ratio
     found = {}
     for instance in model.equations.instances:
         if f"{instance.name}.angle_deviation" in model.outputs:
             node = next(iter(instance.nodes.values()))
-            found[instance.name] = float(point.coordinates.ratio[model.equations.nodes[node].group] * node_ratio[node])
+            found[instance.name] = float(ratio[node])
     return found

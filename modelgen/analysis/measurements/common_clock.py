@@ -62,8 +62,8 @@ def shaft_speed(solution: Solution, shaft: str | None, data: Measurement) -> flo
     shaft = shaft or eq.reference or eq.groups[0]
     if shaft not in nodes:
         raise CaseError("comparison, shaft", f"there is no {shaft!r}", nearest(shaft, nodes))
-    of_groups, of_nodes = model.mean_model["ratios"](p)[1], model.mean_model["node_ratios"](p)
-    return float(np.asarray(of_groups).ravel()[eq.nodes[nodes[shaft]].group] * np.asarray(of_nodes).ravel()[nodes[shaft]])
+    of_groups, of_nodes = np.asarray(model.mean_model["ratios"](p)[1]).ravel(), model.mean_model["nodes"](p).full()
+    return float(of_nodes[nodes[shaft]] @ of_groups)
 
 
 def aligned(

@@ -25,7 +25,7 @@ from modelgen.errors import CaseError, nearest
 from modelgen.lowering import Compiled
 from modelgen.solvers.case import STARTS, Case
 from modelgen.solvers.outcome import Outcome
-from modelgen.solvers.simulate import starting_state
+from modelgen.solvers.start import starting_state
 
 Array = NDArray[np.float64]
 Start = str | Mapping[str, float]

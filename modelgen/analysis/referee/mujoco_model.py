@@ -88,9 +88,13 @@ def referee_of(line: Driveline, model: Compiled, point: OperatingPoint) -> Refer
 class _Reader:
     def __init__(self, line: Driveline, model: Compiled, point: OperatingPoint) -> None:
         self.line, self.model, self.p = line, model, point.p
-        ratios = np.asarray(model.mean_model["node_ratios"](point.p)).ravel().tolist()
-        nodes = model.equations.nodes
-        self.place = {flange: (node.group, ratios[k]) for k, node in enumerate(nodes) for flange in node.flanges}
+        rows = model.mean_model["nodes"](point.p).full()
+        self.place: dict[str, tuple[int, float]] = {}
+        for node, row in zip(model.equations.nodes, rows, strict=True):
+            if (group := node.group) is None:
+                what = f"node {node.name!r} follows several shafts, which the referee's hinges cannot say"
+                raise CaseError(f"driveline {line.name!r}", what, "leave the constraint out, or compare by crosscheck")
+            self.place.update(dict.fromkeys(node.flanges, (group, float(row[group]))))
         speed = line.speed or 0.0
         if line.speed is not None:
             speed = model.parameters.value(point.p, "speed")

@@ -1,0 +1,117 @@
+"""The static state under the mean torques: where a simulation starts unless told otherwise.
+
+Between ``equilibrium`` (the mean model in numbers) and ``operating_point``. The state minimizes stored energy, less the work of
+the mean torques, plus holding torque times slip over the elements that may stick; ``descent`` finds it for given sticking,
+``sticking`` finds what sticks. Rotations that nothing holds accelerate: the torque for that is taken out first.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modelgen.errors import BalanceError, CaseError
+from modelgen.lowering import Compiled
+from modelgen.solvers.descent import Rest, settle
+from modelgen.solvers.equilibrium import Coordinates, linear_model, mean_torque, own_start
+from modelgen.solvers.sticking import holders_at_rest, stick_and_slip
+
+Array = NDArray[np.float64]
+BALANCED = 1e-6  # mean power that may remain, relative to the sum of its parts
+
+
+@dataclass(frozen=True, eq=False)
+class StaticState:
+    """Angles of the groups [rad] from uniform rotation, and ``drift`` [rad/s^2] of the reference shaft.
+
+    ``holding`` [N*m]: torque of every element that sticks or has slipped. ``remarks``: what the torques alone do not decide.
+    """
+
+    angle: Array
+    drift: float
+    holding: dict[str, float]
+    remarks: tuple[str, ...]
+
+
+def static_state(model: Compiled, p: Array, mean: Array, coordinates: Coordinates) -> StaticState:
+    """The static state. Own states are held at their start.
+
+    Raises BalanceError for mean torques that do not balance, CaseError where no equilibrium is found.
+    """
+    n = len(coordinates.ratio)
+    if n == 0:
+        return StaticState(np.zeros(0), 0.0, {}, ())
+    own, angle = own_start(model), np.zeros(n)
+    torque, mass = mean_torque(model, p, mean, angle, own), linear_model(model, p, mean, angle, own)[0]
+    holders = holders_at_rest(model, p, mean, own, coordinates)
+    held = [root for root in coordinates.roots if holders.act_on(coordinates.to_angles[:, root])]
+    drive, drift = _drift(model, torque, mass, coordinates, held)
+    columns = [*coordinates.forms, *held]
+    rest = Rest(
+        model.mean_model,
+        arguments=(own, p, mean),
+        to_angles=coordinates.to_angles[:, columns],
+        drive=drive,
+        mass=mass,
+        names=tuple(f"{model.states[k]!r} [{_force_unit(model.equations.states[k].unit)}]" for k in columns),
+    )
+    found = stick_and_slip(rest, holders) if holders.names else settle(rest)
+    if found.missing is not None:
+        found_missing = f"has no static equilibrium: {found.missing}"
+        raise CaseError(f"driveline {model.name!r}", found_missing, 'start from "zero" or from given states')
+    return StaticState(rest.to_angles @ found.place, drift, found.holding, found.remarks)
+
+
+def _force_unit(unit: str) -> str:
+    """The unit of the generalized force along a coordinate."""
+    return "N*m" if unit in ("rad", "1") else "N" if unit == "m" else f"J/({unit})"
+
+
+def _drift(
+    model: Compiled, torque: Array, mass: Array, coordinates: Coordinates, held: list[int]
+) -> tuple[Array, float]:
+    """Torques that the rigid acceleration takes up, and that acceleration at the reference shaft."""
+    free = [root for root in coordinates.roots if root not in held]
+    rigid = coordinates.to_angles[:, free]
+    if rigid.shape[1] == 0:
+        return np.zeros_like(torque), 0.0
+    acceleration = np.linalg.solve(rigid.T @ mass @ rigid, rigid.T @ torque)
+    drive = mass @ rigid @ acceleration
+    ratio, speed = coordinates.ratio, coordinates.speed
+    net, parts = float(ratio @ torque), float(np.abs(ratio * torque).sum())
+    drift = net / float(ratio @ mass @ ratio)
+    if held or model.equations.drifts or not np.any(speed):
+        return drive, drift
+    if coordinates.by_speed.shape[1] > 1:
+        _check_every_rotation(model, torque, coordinates)
+    elif abs(net) > BALANCED * parts:
+        power = net * float(np.max(np.abs(speed / ratio)))
+        raise BalanceError(
+            f"driveline {model.name!r}",
+            f"mean torques leave {net:.6g} N*m ({power:.4g} W) at the reference shaft, "
+            f"which would accelerate by {drift:.4g} rad/s^2",
+            "use balance(load), change a torque, or declare that it drifts",
+        )
+    return drive, drift
+
+
+def _check_every_rotation(model: Compiled, torque: Array, coordinates: Coordinates) -> None:
+    """Raises BalanceError where the mean torques do not balance along one of several free rotations."""
+    for name, net, parts in remaining_torques(model, torque, coordinates):
+        if abs(net) > BALANCED * parts:
+            what = f"mean torques leave {net:.6g} N*m along the rotation of {name!r} with the other given speeds unchanged"
+            raise BalanceError(f"driveline {model.name!r}", what, "use balance(load, ...), one load for each given speed")
+
+
+def remaining_torques(model: Compiled, torque: Array, coordinates: Coordinates) -> list[tuple[str, float, float]]:
+    """R^T torque: shaft of each given speed, what remains of the mean torques along it [N*m], and the sum of their sizes."""
+    rows = coordinates.by_speed.T
+    names = [str(model.equations.reference), *(name.partition(".")[2] for name in model.parameters.names if _is_speed(name))]
+    return [(name, float(row @ torque), float(np.abs(row * torque).sum())) for name, row in zip(names, rows, strict=True)]
+
+
+def _is_speed(name: str) -> bool:
+    return name.startswith("speeds.")
+

@@ -169,7 +169,7 @@ def _runs(model: str, settings: Settings) -> list[Question]:
     ]
     if settings.limits:
         asked.append(("limits", f"limits {model} --out OUT", ""))
-    rattling = {(GEAR, "compare"), (IDLE, "crosscheck"), (IDLE, "referee")}
+    rattling = {(GEAR, "compare"), (IDLE, "run"), (IDLE, "crosscheck"), (IDLE, "referee")}
     runs = [
         Question(f"{model}.{name}", line, RATTLE if (model, name) in rattling else RUN, needs=needs)
         for name, line, needs in asked

@@ -6,7 +6,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 # Two installations into one environment must not run side by side under make -j.
 .NOTPARALLEL:
-.PHONY: help demo test test-slow bench clean
+.PHONY: help demo test test-slow proof bench clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' Makefile
@@ -22,6 +22,9 @@ test: .venv/.installed-test  ## lint, types, and every test that is not slow
 
 test-slow: .venv/.installed-test  ## the slow tests alone
 	$(BIN)/python -m pytest -n 2 -m slow
+
+proof: .venv/.installed-test  ## the large counts, listed in tests/proofs.md (hours)
+	$(BIN)/python -m pytest -n 2 -m proof
 
 bench: .venv/.installed-bench  ## error against cost beside the peers, into out/bench (20 minutes on two idle cores)
 	$(BIN)/python tests/bench/against_peers.py

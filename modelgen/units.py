@@ -70,6 +70,37 @@ _TABLE = {
     "Pa": _N / _M**2,
     "Hz": _S**-1,
 }
+_SIGNS = str.maketrans(
+    {"·": "*", "⋅": "*", "•": "*", "∙": "*", "×": "*", "µ": "u", "μ": "u", "−": "-", "°": " deg ", "Ω": " ohm "}
+)
+_HIGH, _PLAIN = "⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-"
+# What engineers write in one word: N m, also with a second, and kg m^2. pint takes "Nm" for a textile count.
+_JOINED = re.compile(r"(?<![A-Za-z_])((?:[kMGmu]?N)|k?g|t)(mm|cm|m)(s?)((?:\^|\*\*)\d)?(?![A-Za-z_])")
+_TURNS = re.compile(r"(?<![A-Za-z_])(?:U|r|tr|rev)\s*/\s*min(?![A-Za-z_])|(?<![A-Za-z_])RPM(?![A-Za-z_])")
+_PER_MINUTE = re.compile(r"(?:1\s*/\s*)min|/\s*min|min\s*(?:\^|\*\*)?-1")
+
+
+@functools.lru_cache(maxsize=1024)
+def written_out(unit: str) -> str:
+    """A unit as engineers write it, in the signs that pint reads: ``Nm``, ``kgm²``, ``kg·m^2``, ``U/min``, both micro signs.
+
+    >>> written_out("MNm/rad"), written_out("kg·m²"), written_out("Nms/rad"), written_out("U/min")
+    ('MN*m/rad', 'kg*m^2', 'N*m*s/rad', 'rpm')
+    """
+    text = unit.translate(_SIGNS).strip()
+    text = re.sub(f"[{_HIGH}]+", lambda high: "^" + high[0].translate(str.maketrans(_HIGH, _PLAIN)), text)
+    text = re.sub(r"(?<=[A-Za-z])(?=\d)", "^", text)  # kgm2, m2, s2
+    text = _TURNS.sub("rpm", text)
+    return _JOINED.sub(_joined, text)
+
+
+def _joined(found: re.Match[str]) -> str:
+    """The factors of a word; in brackets where the text divides by it, and so by all of them."""
+    first, length, second, power = found.groups()
+    factors = f"{first}*{length}{'*s' if second else ''}{power or ''}"
+    return f"({factors})" if found.string[: found.start()].rstrip().endswith("/") else factors
+
+
 _FACTOR = re.compile(r"([*/]?)\s*(1|[A-Za-z]+)(?:\^(-?\d+))?\s*")
 
 
@@ -116,6 +147,8 @@ def to_si(value: float, unit: str, declared: str, where: str) -> float:
     """
     if unit.replace(" ", "") == declared.replace(" ", ""):
         return finite(value, where)
+    if declared == "rad/s" and _PER_MINUTE.fullmatch(written_out(unit)):
+        unit = "rpm"  # so makers write it; as an angular speed 1/min would be a factor of 2 pi away
     if not unit:
         if dimension_of(declared) == NUMBER and declared == "1":
             return finite(value, where)
@@ -184,11 +217,12 @@ LONGEST_UNIT = 60
 @functools.lru_cache(maxsize=1024)
 def _pint_unit(unit: str, where: str) -> Any:
     registry = _registry()
-    if len(unit) <= LONGEST_UNIT and _ALLOWED_UNIT.fullmatch(unit):
+    text = written_out(unit) if len(unit) <= LONGEST_UNIT else unit
+    if len(unit) <= LONGEST_UNIT and _ALLOWED_UNIT.fullmatch(text):
         try:
-            parsed = registry.parse_expression(unit)
+            parsed = registry.parse_expression(text)
             if getattr(parsed, "magnitude", None) == 1 or (isinstance(parsed, (int, float)) and parsed == 1):
-                return registry.Unit(unit)
+                return registry.Unit(text)
         except Exception:  # pint raises many kinds of error for a bad text; all mean the same here
             pass
     raise UnitError(where, f"{unit!r} is not a known unit", nearest(unit, ["N*m/rad", "kN*m/deg", "kg*m^2", "rpm", "mm", "N*m"]))

@@ -57,6 +57,8 @@ def new(name: str, table: Path | None, out: Path | None, replace: bool) -> None:
     except OSError as error:
         raise CaseError(where, f"cannot be written: {error.strerror}", "check the path and its permissions") from None
     click.echo(line)
+    if "not read" in line.description:
+        click.echo(line.description.partition(". ")[2])
     click.echo(f"natural frequencies [Hz]: {', '.join(digits(float(each), 6) for each in frequencies)}")
     click.echo(f"model file: {path}")
 

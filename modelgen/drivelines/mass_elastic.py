@@ -14,7 +14,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from modelgen.analysis.measurements.delimited_text import DelimitedText, Row, find_columns, read_delimited
+from modelgen.analysis.measurements.delimited_text import DelimitedText, Row, find_columns, further_columns, read_delimited
 from modelgen.elements import GroundDamper, GroundSpring, Inertia, RigidGear, Shaft
 from modelgen.errors import ModelFileError, ModelgenError, nearest
 from modelgen.model import Driveline, Element, NamedParameter
@@ -73,7 +73,8 @@ def read_mass_elastic(path: str | Path, name: str) -> Driveline:
 
     J, k and damping are those of each shaft. As ``J_referred`` and ``k_referred`` (both, then) they are referred to the
     reference shaft and are divided by ratio^2. Where the ratio changes between joined rows a rigid gear follows the shaft; with
-    k empty, the two rows are its wheels. Every ratio counts as positive: angles count forward on each shaft.
+    k empty, the two rows are its wheels. Further columns, such as remarks, are left out; the driveline's description names them.
+    Every ratio counts as positive: angles count forward on each shaft.
     """
     reader = _Reader(read_delimited(path))
     try:
@@ -88,6 +89,7 @@ class _Reader:
     def __init__(self, table: DelimitedText) -> None:
         self.table = table
         found = find_columns(table, COLUMNS)
+        self.further = further_columns(table, found)
         self.referred = "J referred" in found
         for key in ("J", "k", "damping"):
             wanted, other = (f"{key} referred", key) if self.referred else (key, f"{key} referred")
@@ -228,6 +230,8 @@ class _Reader:
             if diameter is not None:
                 diameters[f"{each.name}_diameter"] = NamedParameter(diameter, "m", note=f"outside diameter of {each.name}")
         source = f"Mass-elastic table {Path(self.table.source).name}."
+        if self.further:
+            source += f" Columns that were not read: {', '.join(self.further)}."
         return Driveline(name, tuple(elements), parameters=diameters, reference=reference, description=source)
 
     def elements_of(self, each: Connection) -> Iterator[Element]:

@@ -50,6 +50,13 @@ def test_the_same_train_in_other_hands(tmp_path: Path, text: str) -> None:
     assert frequencies(read(tmp_path, text))[1] == pytest.approx(176.0767, abs=1e-4)
 
 
+def test_further_columns_are_left_out_and_named(tmp_path: Path) -> None:
+    table = "No;Name;J [kgm2];GD2 [kgm2];k [MNm/rad];Remarks\n1;engine;211,4;845;9,775;as built\n2;load;8,3;33;;\n"
+    line = read(tmp_path, table)
+    assert frequencies(line)[1] == pytest.approx(176.0767, abs=1e-4)
+    assert line.description == "Mass-elastic table table.csv. Columns that were not read: No, GD2, Remarks."
+
+
 @pytest.mark.parametrize(("ratio", "teeth"), [("26/46", (13, 23)), ("13:23", (13, 23)), ("0.25", (1, 4)), ("2,5", (5, 2))])
 def test_a_changed_ratio_becomes_a_gear_behind_the_shaft(tmp_path: Path, ratio: str, teeth: tuple[int, int]) -> None:
     """omega^2 = k (1/J_a + 1/(r^2 J_b)): the far inertia referred to the first shaft by r^2."""
@@ -108,7 +115,7 @@ HEAD = "name;J [kg*m^2];k [N*m/rad];ratio;to;damping [N*m*s/rad];diameter [mm];s
     ("text", "words"),
     [
         ("name;J [kg*m^2]\na;1\n", r"line 1: has no column 'k', it has 'name', 'J'; write k \[N\*m/rad\] in the header"),
-        ("name;J [kg*m^2];k [N*m/rad];gamma\na;1;;\n", "line 1, column 'gamma': is no known column; "),
+        ("name;J [kg*m^2];k [N*m/rad];rato\na;1;;\n", "line 1, column 'rato': is no known column; nearest is 'ratio'"),
         ("name;J;k [N*m/rad]\na;1;\n", r"line 1, column 'J': the header names no unit; write it as J \[kg\*m\^2\]"),
         ("name;J [kg*m];k [N*m/rad]\na;1;\n", "column 'J': 'kg\\*m' has the dimension .*'kg\\*m\\^2'"),
         ("name;J [kg*m^2];k [N*m/rad]\n", "has a header but no rows"),

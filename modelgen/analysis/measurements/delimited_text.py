@@ -8,6 +8,7 @@ mark, comment lines from ``#``. Every refusal names file, line and column.
 from __future__ import annotations
 
 import csv
+import difflib
 import re
 import stat
 from collections.abc import Iterable, Iterator, Mapping
@@ -20,9 +21,8 @@ from modelgen.units import to_si
 LARGEST_FILE = 256 * 1024 * 1024
 _HEAD = re.compile(r"\s*(.*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\s*")
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
-_SIGNS = str.maketrans({"\N{MIDDLE DOT}": "*", "\N{DOT OPERATOR}": "*", "\N{DEGREE SIGN}": "deg", "²": "^2", "³": "^3"})
-# As many tables write them; a units library takes Nm for something else.
-_RUN_TOGETHER = ((r"\b([kMG]?N)m(s?)\b", r"\1*m*\2"), (r"\*(?=[/)]|$)", ""), (r"\bkg\*?m\^?2\b", "kg*m^2"))
+NEAR = 0.75
+"""How alike (0 to 1) the name of an unknown column may be to a known one before it counts as a slip of the pen."""
 
 
 @dataclass(frozen=True)
@@ -86,19 +86,7 @@ class DelimitedText:
         """What the numbers of a column are multiplied by to be in the declared SI unit. Raises UnitError."""
         if not column.unit and declared != "1":
             raise UnitError(self.at(None, column), "the header names no unit", f"write it as {column.name} [{declared}]")
-        return to_si(1.0, plain_unit(column.unit) or "1", declared, self.at(None, column))
-
-
-def plain_unit(text: str) -> str:
-    """A unit as people write it, in the plain form that ``units`` reads.
-
-    >>> plain_unit("MNm/rad"), plain_unit("kg·m²"), plain_unit("kNm"), plain_unit("Nms/rad")
-    ('MN*m/rad', 'kg*m^2', 'kN*m', 'N*m*s/rad')
-    """
-    text = text.translate(_SIGNS)
-    for pattern, put in _RUN_TOGETHER:
-        text = re.sub(pattern, put, text)
-    return text
+        return to_si(1.0, column.unit or "1", declared, self.at(None, column))
 
 
 def read_delimited(path: str | Path) -> DelimitedText:
@@ -149,18 +137,27 @@ def parse_delimited(text: str, source: str = "table") -> DelimitedText:
 def find_columns(table: DelimitedText, known: Mapping[str, Iterable[str]]) -> dict[str, Column]:
     """Columns by key of ``known``, which lists further names for each; capitals and underscores do not count.
 
-    Raises ModelFileError for a column that is not known, or is there twice.
+    Makers' tables have further columns ("No", "Remarks"): they are left out (``further_columns`` names them). Raises
+    ModelFileError for one whose name is nearly a known one, and for one that is there twice.
     """
     keys = {_folded(name): key for key, names in known.items() for name in (key, *names)}
     found: dict[str, Column] = {}
     for column in table.columns:
         key = keys.get(_folded(column.name))
         if key is None:
-            raise ModelFileError(table.at(None, column), "is no known column", nearest(column.name, sorted(keys)))
+            if difflib.get_close_matches(_folded(column.name), keys, n=1, cutoff=NEAR):
+                raise ModelFileError(table.at(None, column), "is no known column", nearest(column.name, sorted(keys)))
+            continue
         if key in found:
             raise ModelFileError(table.at(None, column), f"is the same as {found[key].name!r}", "take one of them out")
         found[key] = column
     return found
+
+
+def further_columns(table: DelimitedText, found: Mapping[str, Column]) -> tuple[str, ...]:
+    """Names of the columns that are not read."""
+    read = {column.place for column in found.values()}
+    return tuple(column.name for column in table.columns if column.place not in read)
 
 
 def _folded(name: str) -> str:

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from modelgen.analysis.measurements.delimited_text import Column, DelimitedText, plain_unit, read_delimited
+from modelgen.analysis.measurements.delimited_text import Column, DelimitedText, read_delimited
 from modelgen.errors import CaseError, UnitError, nearest
-from modelgen.units import dimension_of, read_any
+from modelgen.units import dimension_of, read_any, written_out
 
 Array = NDArray[np.float64]
 FEWEST = 8  # samples; below that nothing can be said about a vibration
@@ -88,7 +88,7 @@ def _unit(table: DelimitedText, column: Column) -> tuple[float, str]:
     where = table.at(None, column)
     if not column.unit:
         raise UnitError(where, "the header names no unit", f"write it as {column.name} [unit], with [1] for a plain number")
-    unit = plain_unit(column.unit)
+    unit = written_out(column.unit)
     return (1.0, "1") if unit == "1" else read_any(f"1 {unit}", where)
 
 

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from modelgen.analysis.measurements.delimited_text import find_columns, parse_delimited, plain_unit, read_delimited
+from modelgen.analysis.measurements.delimited_text import find_columns, parse_delimited, read_delimited
 from modelgen.errors import ModelFileError, UnitError
+from modelgen.units import written_out
 
 
 @pytest.mark.parametrize(
@@ -46,7 +47,7 @@ def test_a_byte_order_mark_does_not_hide_the_first_column(tmp_path: Path) -> Non
     ],
 )
 def test_units_as_people_write_them(written: str, plain: str) -> None:
-    assert plain_unit(written) == plain
+    assert written_out(written) == plain
 
 
 def test_a_unit_scales_its_column() -> None:

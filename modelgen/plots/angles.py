@@ -74,7 +74,9 @@ def _bars(axes: Axes, inertias: Mapping[str, InertiaAngles], referred: bool) -> 
     places = np.arange(len(inertias))
     width = 0.8 / len(MEASURES)
     for index, (name, color, measure) in enumerate(MEASURES):
-        heights = [DEGREES * measure(each) / (each.referred_ratio if referred else 1.0) for each in inertias.values()]
+        # What stands still in the mean has no referred value.
+        ratios = [(each.referred_ratio or np.nan) if referred else 1.0 for each in inertias.values()]
+        heights = [DEGREES * measure(each) / ratio for each, ratio in zip(inertias.values(), ratios, strict=True)]
         left = places + (index - (len(MEASURES) - 1) / 2) * width
         axes.bar(left, heights, width, color=color, edgecolor=INK, linewidth=0.3, label=name, zorder=3)
     axes.set_xlim(-0.6, len(inertias) - 0.4)

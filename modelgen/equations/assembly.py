@@ -80,6 +80,7 @@ def assemble(line: Driveline) -> Equations:
         modal_ratio=_modal_ratio(line, parts, table),
         balanced=tuple(f"{name}.{line[name].balanced_by}" for name in line.balanced),
         drifts=line.drifts,
+        balance_may_drive=line.balance_may_drive,
         constraints=nodes.constraints,
         guards=tuple((part.name, guard) for part in parts for guard in part.template.guards),
         modes={f"{part.name}.{modes.name}": modes.values for part in parts for modes in part.template.modes},

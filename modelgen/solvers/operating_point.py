@@ -118,7 +118,15 @@ def _balance(model: Compiled, p: Array, fixed: set[str]) -> None:
         raise BalanceError(
             f"driveline {model.name!r}", "the balanced loads have no mean torque", "give them a mean, or balance other loads"
         )
-    p[entries] = given * (without / (without - load))
+    scale = without / (without - load)
+    if scale < 0 and not model.equations.balance_may_drive:
+        loads = ", ".join(repr(name.rpartition(".")[0]) for name in names)
+        raise BalanceError(
+            f"driveline {model.name!r}",
+            f"balance would scale {loads} by {scale:.4g}, which turns the load into a drive",
+            "correct the sign of a torque, or allow it: balance(..., may_drive=True), in a model file balance_may_drive = true",
+        )
+    p[entries] = given * scale
 
 
 def _modal_damping(mass: Array, stiffness: Array, zeta: float) -> Array:

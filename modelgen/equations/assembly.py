@@ -97,6 +97,7 @@ def assemble(line: Driveline) -> Equations:
         modal_ratio=_modal_ratio(line, parts, table),
         balanced=tuple(f"{name}.{line[name].balanced_by}" for name in line.balanced),
         drifts=line.drifts,
+        balance_may_drive=line.balance_may_drive,
         constraints=nodes.constraints,
         redundant=nodes.redundant,
         conditions=_distinct((*nodes.conditions, *coordinates.conditions, *mean.conditions)),

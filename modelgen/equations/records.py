@@ -244,6 +244,7 @@ class Equations:
     modes: Mapping[str, tuple[str, ...]] = ()  # type: ignore[assignment]  # empty where no element has modes
     guards: tuple[tuple[str, Transition], ...] = ()
     assemblies: Mapping[str, tuple[str, ...]] = ()  # type: ignore[assignment]  # empty for a flat driveline
+    balance_may_drive: bool = False
     source: Driveline | None = field(default=None, compare=False, repr=False)  # what it was assembled from, if from a driveline
 
     def latex(self) -> str:

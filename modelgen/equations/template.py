@@ -15,6 +15,7 @@ import sympy
 from modelgen.equations.dimensions import DimensionCheck
 from modelgen.equations.discrete_modes import ModeReader, WrittenModes, case_by_case
 from modelgen.equations.element_symbols import ElementSymbols
+from modelgen.equations.python_in_laws import law_refused
 from modelgen.equations.records import Template
 from modelgen.equations.relative_angles import Key, combination_of_angles, constant_definitions, relate
 from modelgen.equations.time_parts import set_time_apart, share_harmonics
@@ -35,7 +36,10 @@ def template_key(element: Element) -> tuple[Any, ...]:
 def build_template(element: Element) -> Template:
     """The template of an element; raises ModelError or UnitError where its laws are not lawful."""
     symbols = ElementSymbols(element)
-    written = _written_laws(symbols)
+    try:
+        written = _written_laws(symbols)
+    except TypeError as error:
+        raise law_refused(symbols.where, error) or error from None
     _check_units(symbols, written)
     laws = {**written.by_key(), **written.modes.by_key()}
     fixed = constant_definitions(symbols, laws)

@@ -6,7 +6,7 @@ First of the seven records. It is a value: every method that changes something r
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
@@ -66,6 +66,7 @@ class Driveline:
     drifts: bool = False
     description: str = ""
     speeds: Mapping[str, Any] = field(default_factory=dict)
+    balance_may_drive: bool = False
 
     def __post_init__(self) -> None:
         where = f"driveline {self.name!r}"
@@ -90,6 +91,8 @@ class Driveline:
                 raise ModelError(
                     where, f"the operating speed is {self.speed:g} rad/s", "give a positive speed: angles count forward"
                 )
+        if not isinstance(self.balance_may_drive, bool):
+            raise ModelError(where, f"balance may drive is {self.balance_may_drive!r:.60}", "give True or False")
         if self.reference is not None and not isinstance(self.reference, str):
             raise ModelError(where, f"the reference shaft is {self.reference!r:.60}", "give the name of an inertia")
         self._check_names(where)
@@ -142,9 +145,21 @@ class Driveline:
 
     def __getitem__(self, name: str) -> Element:
         names = self.names
-        if name not in names:
-            raise NamingError(f"driveline {self.name!r}", f"has no element {name!r}", nearest(name, names))
+        if not isinstance(name, str) or name not in names:
+            raise NamingError(f"driveline {self.name!r}", f"has no element {name!r}", nearest(str(name), names))
         return names[name]
+
+    def __contains__(self, element: object) -> bool:
+        """Whether an element stands in the line, by its name or as such."""
+        return element in self.names if isinstance(element, str) else element in self.elements
+
+    def __iter__(self) -> Iterator[Element]:
+        """The elements, in order."""
+        return iter(self.elements)
+
+    def __hash__(self) -> int:
+        tables = (self.parameters, self.bases, self.assemblies)  # equal in whatever order
+        return hash((self.name, self.elements, self.connections, self.speed, *(frozenset(each.items()) for each in tables)))
 
     def flange(self, text: str, where: str) -> tuple[str, str]:
         """Element and flange that ``"shaft.b"`` names; the flange may be left out where the element has only one."""
@@ -174,9 +189,12 @@ class Driveline:
             self.flange(text, f"connection {first!r} - {second!r}")
         return replace(self, connections=(*self.connections, (first, second)))
 
-    def balance(self, *loads: str) -> Driveline:
-        """With the named loads scaled so that the mean power closes at whatever speed, ratio and parameters are set."""
-        return replace(self, balanced=loads)
+    def balance(self, *loads: str, may_drive: bool = False) -> Driveline:
+        """With the named loads scaled so that the mean power closes at whatever speed, ratio and parameters are set.
+
+        A scale below zero turns a load into a drive: that is refused when it is found, unless ``may_drive``.
+        """
+        return replace(self, balanced=loads, balance_may_drive=may_drive)
 
     def set(self, **values: Any) -> Driveline:
         """With other values of the driveline's own parameters, or of its operating ``speed``."""

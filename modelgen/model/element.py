@@ -19,6 +19,7 @@ from modelgen.errors import ModelError, NamingError, nearest
 from modelgen.model.declarations import Choice, Clock, Declaration, Flange, FlangeSymbols, Orders, Param, Switched
 from modelgen.model.modes import Guard, Modes
 from modelgen.model.names import identifier
+from modelgen.model.questions import refuse_idle, refuse_misspelt
 from modelgen.model.values import Shared, read_value
 
 Kind = TypeVar("Kind")
@@ -66,12 +67,14 @@ class Element:
             if isinstance(value, Declaration) and (hasattr(Element, key) or key in _OWN_NAMES):
                 where = f"element class {cls.__name__}"
                 raise NamingError(where, f"declares {key!r}, a name that every element uses itself", "choose another name")
+        refuse_misspelt(cls, Element)
         Element.vocabulary[cls.kind] = cls
 
     def __init__(self, name: str, /, *targets: str, note: str = "", **values: Any) -> None:
         self.name = identifier(name, self.kind)
         self.note = note
         self.where = f"{self.kind} {name!r}"
+        refuse_idle(type(self), Element, self.where)
         flanges = self.declared(Flange)
         if len(targets) > len(flanges):
             raise ModelError(

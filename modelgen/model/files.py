@@ -40,7 +40,7 @@ _TABLES = (
     "connections",
     "assemblies",
 )
-_OPERATION = ("speed", "reference", "balance", "drifts", "speeds")
+_OPERATION = ("speed", "reference", "balance", "drifts", "balance_may_drive", "speeds")
 
 
 def read_model(path: str | Path) -> Driveline:
@@ -135,7 +135,8 @@ class _Reader:
                 reference=self.text_of(operation, "reference", None, "operation") if "reference" in operation else None,
                 bases={k: self.base(k, v) for k, v in self.table(data.get("bases", {}), "bases").items()},
                 balanced=tuple(map(str, self.list_of(operation.get("balance", []), "operation", "balance"))),
-                drifts=self.drifts(operation),
+                drifts=self.switch(operation, "drifts"),
+                balance_may_drive=self.switch(operation, "balance_may_drive"),
                 assemblies={k: self.assembly(k, v) for k, v in self.table(data.get("assemblies", {}), "assemblies").items()},
             )
         except ModelFileError:
@@ -182,11 +183,11 @@ class _Reader:
         given = self.table(operation.get("speeds", {}), "operation", "speeds")
         return {name: 0.0 if value == 0 else self.speed(value, "operation", "speeds", name) for name, value in given.items()}
 
-    def drifts(self, operation: Mapping[str, Any]) -> bool:
-        drifts = operation.get("drifts", False)
-        if not isinstance(drifts, bool):
-            raise self.refuse(("operation", "drifts"), f"is {drifts!r}", "write true or false")
-        return drifts
+    def switch(self, operation: Mapping[str, Any], key: str) -> bool:
+        value = operation.get(key, False)
+        if not isinstance(value, bool):
+            raise self.refuse(("operation", key), f"is {value!r}", "write true or false")
+        return value
 
     def assembly(self, key: str, value: Any) -> tuple[str, ...]:
         if not isinstance(value, list) or not all(isinstance(name, str) for name in value):

@@ -45,6 +45,8 @@ def model_text(line: Driveline) -> str:
         operation["reference"] = line.reference
     if line.balanced:
         operation["balance"] = list(line.balanced)
+    if line.balance_may_drive:
+        operation["balance_may_drive"] = True
     if line.drifts:
         operation["drifts"] = True
     if operation:

@@ -14,15 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from modelgen.errors import BalanceError, CaseError
+from modelgen.errors import CaseError
 from modelgen.lowering import Compiled
 from modelgen.lowering.parameters import MODAL
-from modelgen.solvers.equilibrium import Coordinates, linear_model, mean_torque, own_start
-from modelgen.solvers.sampled_turn import sampled_turn
+from modelgen.solvers.balance import balance
+from modelgen.solvers.equilibrium import Coordinates, linear_model, mean_torque, mean_values, own_start
 from modelgen.solvers.static_state import StaticState, remaining_torques, static_state
 
 Array = NDArray[np.float64]
-SAMPLES = 2048  # of one turn of each clock: exact for Fourier rows below this order
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +91,7 @@ def operating_point(model: Compiled, values: Mapping[str, Any] | None = None, mu
     """
     p = model.parameters.vector(values)
     coordinates = Coordinates.of(model, p)
-    _balance(model, p, set(values or ()), coordinates)
+    balance(model, p, set(values or ()), coordinates)
     mean = mean_values(model, p)
     try:
         rest, no_rest = static_state(model, p, mean, coordinates), ""
@@ -110,59 +109,6 @@ def operating_point(model: Compiled, values: Mapping[str, Any] | None = None, mu
     return OperatingPoint(
         p, mean, angle, start, mass, damping, stiffness, rest.drift, coordinates, rest.holding, rest.remarks, no_rest
     )
-
-
-def mean_values(model: Compiled, p: Array) -> Array:
-    """Means over a period of every quantity that varies with time only: as stated by its element, else by sampling."""
-    stated, explicit = (np.asarray(each).ravel() for each in model.mean_model["means"](p))
-    if explicit.all():
-        return stated
-    rows = np.flatnonzero(explicit == 0)
-    stated[rows] = sampled_turn(model, SAMPLES, tuple(rows.tolist()))(p).mean(axis=1)
-    return stated
-
-
-def _balance(model: Compiled, p: Array, fixed: set[str], coordinates: Coordinates) -> None:
-    """Sets the scales of the balanced loads, in place, so that the mean torques do no work along any given speed.
-
-    With one operating speed all loads share one factor; with several there is one load for each, and R^T (mean torques) = 0.
-    """
-    names = [name for name in model.equations.balanced if name not in fixed]
-    if not names:
-        return
-    own, n = own_start(model), len(model.equations.groups)
-    where = f"driveline {model.name!r}"
-    entries = [model.parameters.slices[name].start for name in names]
-    given = p[entries].copy()
-    count = coordinates.by_speed.shape[1]
-    if count > 1 and len(names) != count:
-        what = f"balances {len(names)} load{'s' * (len(names) > 1)}, but {count} mean speeds are given"
-        raise BalanceError(where, what, "balance one load for each of them")
-    groups = np.eye(len(names)) if count > 1 else np.ones((1, len(names)))
-
-    def work(factors: Array) -> Array:
-        p[entries] = factors * given
-        torque = mean_torque(model, p, mean_values(model, p), np.zeros(n), own)
-        if count > 1:
-            return np.asarray(coordinates.by_speed.T @ torque)
-        return np.array([coordinates.speed @ torque])
-
-    without = work(np.zeros(len(names)))
-    loads = np.array([work(row) - without for row in groups]).T
-    if len(groups) == 1:
-        if not np.any(coordinates.speed):
-            what = "has loads to balance, but ground holds every shaft at rest in the mean"
-            raise BalanceError(where, what, "take out the balance, or what ties the driveline to ground")
-        if loads[0, 0] == 0.0 and abs(without[0]) > 1e12 * np.abs(coordinates.speed).max():
-            what = f"the balanced loads are lost in rounding beside {without[0]:.3g} W of the other mean torques"
-            raise BalanceError(where, what, "check the mean torques")
-        if loads[0, 0] == 0.0:
-            raise BalanceError(where, "the balanced loads have no mean torque", "give them a mean, or balance other loads")
-        p[entries] = given * (without[0] / -loads[0, 0])
-        return
-    if np.linalg.matrix_rank(loads) < count:
-        raise BalanceError(where, f"the loads {', '.join(names)} do not balance every given speed", "take others")
-    p[entries] = given * np.linalg.solve(loads, -without)
 
 
 def _modal_damping(mass: Array, stiffness: Array, zeta: float) -> Array:

@@ -246,3 +246,17 @@ def test_the_branched_topology_of_the_docstring_fits_in_twenty_lines():
     source = next(each.source for test in found for each in test.examples if each.source.startswith("line = Driveline("))
     assert '"branched"' in source
     assert len(source.strip().splitlines()) <= 20
+
+
+def test_a_line_holds_and_lists_its_elements_and_has_a_hash() -> None:
+    line = Driveline("pair", elements=[Inertia("m", inertia=1.0), Inertia("n", inertia=2.0)])
+    assert "m" in line
+    assert line["n"] in line
+    assert "o" not in line
+    assert 3 not in line
+    assert [each.name for each in line] == ["m", "n"]
+    again = Driveline("pair", elements=[Inertia("m", inertia=1.0), Inertia("n", inertia=2.0)])
+    assert {line: 1}[again] == 1
+    assert len({line, again, line.set(speed=3.0)}) == 2
+    with pytest.raises(NamingError, match="has no element 0; known are m, n"):
+        line[0]  # type: ignore[index]

@@ -22,6 +22,7 @@ from modelgen import (
     simulate,
 )
 from modelgen.errors import BalanceError
+from modelgen.model.files import model_text, parse_model
 from modelgen.solvers.scales import state_scales
 
 
@@ -141,3 +142,16 @@ def test_static_start_is_an_equilibrium_of_a_steady_driveline() -> None:
     solution = simulate(Case(geared(-200.0), end=0.05, samples=51))
     assert np.ptp(solution["input_shaft.torque"]) < 1e-6 * 100
     assert np.ptp(solution["mesh.force"]) < 1e-6 * 100 / 0.047
+
+
+def test_balance_does_not_turn_a_load_into_a_drive_unless_it_may() -> None:
+    disks = [Inertia("m", inertia=1.0), Inertia("n", inertia=2.0), Shaft("s", "m", "n", stiffness=1.0)]
+    torques = [HarmonicTorque("drive", "m", mean=10.0), HarmonicTorque("load", "n", mean=4.0)]
+    line = Driveline("pair", speed=10.0, reference="m", elements=[*disks, *torques])
+    words = r"balance would scale 'load' by -2.5, which turns the load into a drive; .*balance\(..., may_drive=True\)"
+    with pytest.raises(BalanceError, match=words):
+        operating_point(lower(assemble(line.balance("load"))))
+    allowed = line.balance("load", may_drive=True)
+    assert operating_point(lower(assemble(allowed))).p[-1] == -2.5
+    assert "balance_may_drive = true" in model_text(allowed)
+    assert parse_model(model_text(allowed)) == allowed

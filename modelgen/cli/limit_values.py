@@ -95,7 +95,7 @@ def separation_values(model: Compiled, operating: tuple[float, float] | None, sh
     low, high = operating or (own, own)
     lines = order_lines(model, (low + high) / 2, None)
     largest = max((line.torque for line in lines), default=0.0)
-    kept = {line.label: float(line.order) for line in lines if line.torque > 0 and line.torque >= share * largest}
+    kept = {line.name: float(line.order) for line in lines if line.torque > 0 and line.torque >= share * largest}
     if not kept:
         return {}
     try:

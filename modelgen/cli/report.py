@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from modelgen import __version__
+from modelgen.analysis.linear.mode_numbers import mode_cell
 from modelgen.cli import limit
 from modelgen.cli.figures import Figure
 from modelgen.cli.response import GIVEN, LOWEST_MODE, SAMPLES_PER_PERIOD, Response, base_frequencies
@@ -101,26 +102,25 @@ def cell(text: object) -> str:
 
 @dataclass(frozen=True)
 class Mode:
-    """A row of the table of modes; a mode without a damped partner is rigid or overdamped."""
+    """A row of the table of modes: its number or "rigid", and the damping that the result gives it, as texts."""
 
-    number: int
+    number: str
     frequency: float
-    damping: float | None
-    decay: float | None
+    damping: str
+    decay: str
     largest: str
 
 
 def _modes(response: Response) -> list[Mode]:
     modes = response.modes
-    vibrating = len(modes.frequencies) - modes.rigid
-    # Frequencies are in the same order with and without damping, unless a pair is overdamped and missing.
-    paired = len(modes.damped_frequencies) == vibrating
     rows = []
-    for k, frequency in enumerate(modes.frequencies):
-        own = k - modes.rigid
-        ratio, decay = (float(v[own]) if paired and own >= 0 else None for v in (modes.damping_ratios, modes.decay_rates))
-        largest = "whole driveline turns" if own < 0 else modes.names[int(np.abs(modes.shapes[:, k]).argmax())]
-        rows.append(Mode(k, float(frequency), ratio, decay, largest))
+    for k, frequency in enumerate(modes.frequencies.tolist()):
+        own = modes.damped(k)
+        damping, decay = digits(own.ratio if own else None, 3), digits(own.decay if own else None, 3)
+        if own and own.rates:
+            damping, decay = "overdamped", " and ".join(digits(rate, 3) for rate in own.rates)
+        largest = "whole driveline turns" if k < modes.rigid else modes.names[int(np.abs(modes.shapes[:, k]).argmax())]
+        rows.append(Mode(mode_cell(k, modes.rigid), frequency, damping, decay, largest))
     return rows
 
 

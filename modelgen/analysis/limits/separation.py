@@ -21,7 +21,7 @@ def separation_margins(result: ModalResult, excitations: Mapping[str, Any]) -> d
     """Distance of every vibrating mode from every excitation, per excitation frequency; 0 for a mode inside its range.
 
     ``excitations``: by name, a frequency ("95 Hz" or a number in Hz) or the pair of lowest and highest one over the speed range.
-    Keys read ``mode 2 (45.24 Hz) / NAME.separation_margin``.
+    Keys read ``mode 1 (45.24 Hz) / NAME.separation_margin``; vibrating modes count from 1.
     """
     values = {}
     for label, given in excitations.items():
@@ -53,8 +53,8 @@ def critical_speed_ratios(result: ModalResult, orders: Mapping[str, Any], speed:
 
 
 def _modes(result: ModalResult) -> list[tuple[str, float]]:
-    found = [(number, float(frequency)) for number, frequency in enumerate(result.frequencies, 1) if number > result.rigid]
-    return [(f"mode {number} ({frequency:.4g} Hz)", frequency) for number, frequency in found]
+    found = [(mode, float(result.frequencies[mode])) for mode in range(result.rigid, len(result.frequencies))]
+    return [(f"{result.name(mode)} ({frequency:.4g} Hz)", frequency) for mode, frequency in found]
 
 
 def _positive(value: Any, unit: str, where: str) -> float:

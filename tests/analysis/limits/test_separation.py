@@ -21,9 +21,9 @@ def result() -> ModalResult:
 def test_margins_from_below_from_above_and_inside(result: ModalResult) -> None:
     found = separation_margins(result, {"low": "160 Hz", "high": ("200 Hz", "220 Hz"), "range": (150.0, 180.0)})
     assert found == {
-        "mode 2 (176.1 Hz) / low.separation_margin": pytest.approx(176.0767 / 160 - 1, rel=1e-5),
-        "mode 2 (176.1 Hz) / high.separation_margin": pytest.approx(1 - 176.0767 / 200, rel=1e-5),
-        "mode 2 (176.1 Hz) / range.separation_margin": 0.0,
+        "mode 1 (176.1 Hz) / low.separation_margin": pytest.approx(176.0767 / 160 - 1, rel=1e-5),
+        "mode 1 (176.1 Hz) / high.separation_margin": pytest.approx(1 - 176.0767 / 200, rel=1e-5),
+        "mode 1 (176.1 Hz) / range.separation_margin": 0.0,
     }
     verdicts = [row.verdict for row in check_limits(found, "api_617_separation").rows]
     assert verdicts == ["pass", "pass", "fail"]
@@ -31,8 +31,8 @@ def test_margins_from_below_from_above_and_inside(result: ModalResult) -> None:
 
 def test_critical_speeds_per_order(result: ModalResult) -> None:
     found = critical_speed_ratios(result, {"order 6": 6, "order 4.5": 4.5}, "1800 rpm")
-    assert found["mode 2 (176.1 Hz) / order 6.critical_speed_ratio"] == pytest.approx(176.0767 / 180, rel=1e-6)
-    assert found["mode 2 (176.1 Hz) / order 4.5.critical_speed_ratio"] == pytest.approx(176.0767 / 135, rel=1e-6)
+    assert found["mode 1 (176.1 Hz) / order 6.critical_speed_ratio"] == pytest.approx(176.0767 / 180, rel=1e-6)
+    assert found["mode 1 (176.1 Hz) / order 4.5.critical_speed_ratio"] == pytest.approx(176.0767 / 135, rel=1e-6)
     verdicts = [row.verdict for row in check_limits(found, "kr_major_critical_propulsion").rows]
     assert verdicts == ["fail", "pass"]
 

@@ -75,8 +75,11 @@ def _drawings(response: Response) -> Iterator[Drawing]:
         chosen = partial(plots.responses, solution, window, shown, last=None if whole else 2, limit=verdict.limit)
         yield Drawing("responses", "angles", "responses", caption, chosen)
     if found.meshes:
-        caption = "Mesh forces and deflections; gray where the teeth are apart, red where the back flank carries."
-        forces = partial(plots.mesh_forces, solution, window, last=None if whole else 1)
+        caption = (
+            "Mesh forces over the window, and forces and deflections about the largest one; gray where the teeth are apart, red "
+            "where the back flank carries."
+        )
+        forces = partial(plots.mesh_forces, solution, window)
         yield Drawing("mesh_forces", "meshes", "mesh forces", caption, forces)
     yield from _mesh_drawings(response)
     if response.crosscheck is not None and any(run.differences for run in response.crosscheck.runs):

@@ -169,7 +169,7 @@ def _list(axes: Axes, result: CampbellResult, listed: Sequence[CriticalSpeed], m
         rpm, left = each.speed * RPM, each.speed > middle
         axes.plot(rpm, row, marker="o", markersize=3.6, color=VERMILION, markeredgecolor=INK, markeredgewidth=0.6, zorder=5)
         away = f" ({100 * each.margin:+.2g} %)".replace("-", MINUS) if each.margin else ""
-        met = f"mode {each.number} ({each.frequency:.4g} Hz), {order_text(each.line.order, each.line.sources)}"
+        met = f"mode {each.number}, {order_text(each.line.order, each.line.sources)}"
         axes.annotate(
             f"{rpm:.4g} rpm{away}: {met}", (rpm, row),
             xytext=(-5 if left else 5, 0), textcoords="offset points", ha="right" if left else "left", va="center", fontsize=6.5,

@@ -25,6 +25,7 @@ Row = dict[str, Any]
 
 def report_text(response: Response, figures: Sequence[Figure], command: str = "") -> str:
     """The text of ``report.md``; ``command`` is the line that a reader can run again."""
+    limits = limit.judged(response)
     return (
         environment()
         .get_template("report.md.jinja")
@@ -51,7 +52,10 @@ def report_text(response: Response, figures: Sequence[Figure], command: str = ""
             angles=_angles(response),
             twists=_twists(response),
             meshes=response.angles.meshes,
-            verdict=limit.verdict(response.angles),
+            verdict=limit.verdict(limits),
+            limits=limits,
+            others=[row for row in limits.rows if row.quantity != limit.ANGLE] if limits else [],
+            largest=_largest_angle(response),
             crosscheck=response.crosscheck,
             crosscheck_failed=response.crosscheck_failed,
             data=_data(response),
@@ -122,6 +126,15 @@ def _modes(response: Response) -> list[Mode]:
         largest = "whole driveline turns" if k < modes.rigid else modes.names[int(np.abs(modes.shapes[:, k]).argmax())]
         rows.append(Mode(mode_cell(k, modes.rigid), frequency, damping, decay, largest))
     return rows
+
+
+def _largest_angle(response: Response) -> Row | None:
+    """The inertia with the largest vibration angle, and that angle [deg]."""
+    inertias = response.angles.inertias
+    if not inertias:
+        return None
+    worst = max(inertias, key=lambda name: inertias[name].vibration.peak)
+    return {"element": worst, "value": math.degrees(inertias[worst].vibration.peak)}
 
 
 def _rpm(response: Response) -> float | None:

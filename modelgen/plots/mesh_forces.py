@@ -97,7 +97,6 @@ def _envelope(axes: Axes, part: Solution, name: str, zoom: Solution) -> None:
     bins = np.linspace(0, len(times), min(BINS, len(times)) + 1).astype(int)[:-1]
     low, high = np.minimum.reduceat(force, bins), np.maximum.reduceat(force, bins)
     shown = display("N", float(np.abs(force).max()))
-    edges = {"edgecolor": BLUE, "linewidth": 0.5}
     axes.fill_between(times[bins], shown(low), shown(high), facecolor=SKY, edgecolor=BLUE, linewidth=0.5)
     for time in (zoom.times[0], zoom.times[-1]):
         axes.axvline(float(time), color=VERMILION, linewidth=0.9, linestyle=(0, (5, 2)), zorder=4)

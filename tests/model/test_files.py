@@ -471,7 +471,6 @@ def test_chosen_limits_are_read_and_written():
         ('elements = ["s"]', 'elements = "s"', "write a list"),
         ('elements = ["s"]', 'element = ["s"]', "has an unknown key 'element'; nearest is 'elements'"),
         ('inputs = { tensile_strength = "600 MPa"', "inputs = { tensile_strength = [1]", "give a number or a text with a unit"),
-        ('[[limits]]\nrule = "syt', '[[limits.x]]\nrule = "syt', ""),
     ],
 )
 def test_a_wrong_limit_is_refused(old, new, words):

@@ -23,7 +23,7 @@ Examples:
   modelgen bifurcation my_driveline.toml --out out/hysteresis --over speed "900 rpm" "1500 rpm" --direction both
 
 \b
-Ends with 0 when done, 2 if it was refused, 130 after Ctrl-C. Only what is done leaves a folder.
+Ends with 0 when done, 1 if a column could not be run, 2 if it was refused, 130 after Ctrl-C. Only what is done leaves a folder.
 """
 CHANNEL = "A channel to show, such as coupling.twist. Repeatable.  [default: elastic angles of reference shaft and last inertia]"
 DIRECTION = "Columns by themselves, or each from the last state of its neighbor, upward, downward or both."
@@ -102,6 +102,10 @@ def bifurcation(
         _write(result, folder)
     click.echo(str(result))
     click.echo(f"tables, figure and bifurcation.json: {out}")
+    if result.failed:
+        from modelgen.cli.ending import FAILED, Ending
+
+        raise Ending(f"{len(result.failed)} columns could not be run: {result.failed[0].failure}", FAILED)
 
 
 WRITTEN = ("bifurcation.csv", "columns.csv", "bifurcation.json", "bifurcation.png")
@@ -113,7 +117,10 @@ def _write(result: BifurcationResult, folder: Path) -> None:
 
     value = f"{result.parameter} [{result.unit}]"
     header = [value, "branch", *(f"{name} [{unit}]" for name, unit in zip(result.channels, result.units, strict=True))]
-    rows = ([column.value, column.branch, *point] for column in result.columns for point in column.points.tolist())
+    header.append("ending")
+    rows = (
+        [column.value, column.branch, *point, column.failure] for column in result.columns for point in column.points.tolist()
+    )
     write_table(folder / "bifurcation.csv", header, rows)
     header = [value, "branch", "period [strobes]", "settled", "residual [scales]", "transient [strobes]", "ending"]
     write_table(folder / "columns.csv", header, [list(each.values()) for each in _columns(result)])
@@ -130,7 +137,7 @@ def _columns(result: BifurcationResult) -> list[dict[str, Any]]:
             "settled": "yes" if column.settled else "no",
             "residual": column.residual,
             "transient": column.transient,
-            "ending": "" if column.outcome.is_good else column.message,
+            "ending": column.failure,
         }
         for column in result.columns
     ]
@@ -145,6 +152,7 @@ def bifurcation_data(result: BifurcationResult) -> dict[str, Any]:
         "strobe": result.strobe,
         "standing_still_within_scales": result.still,
         "branches": list(result.branches),
+        "failed_columns": len(result.failed),
         "unsettled_columns": sum(not column.settled for column in result.columns),
         "coexisting_at": result.coexisting().tolist(),
         "columns": _columns(result),

@@ -71,14 +71,15 @@ def campbell(
 
 
 def _write(result: CampbellResult, folder: Path) -> None:
+    from modelgen.analysis.linear.mode_numbers import mode_name
     from modelgen.cli.tables import RPM, write_data, write_table
     from modelgen.plots import plot, save
 
-    modes = range(1, result.frequencies.shape[1] + 1)
+    modes = [mode_name(mode, result.rigid) for mode in range(result.frequencies.shape[1])]
     rows = [[speed * RPM, *row] for speed, row in zip(result.speeds.tolist(), result.frequencies.tolist(), strict=True)]
-    write_table(folder / "campbell.csv", ["speed [rpm]", *(f"mode {mode} [Hz]" for mode in modes)], rows)
+    write_table(folder / "campbell.csv", ["speed [rpm]", *(f"{mode} [Hz]" for mode in modes)], rows)
     header = ["critical speed [rpm]", "margin [percent]", "mode", "frequency [Hz]"]
-    header += ["order [1/turn]", "exact order", "sources", "harmonic torque [N*m]"]
+    header += ["order [1/turn]", "exact order", "sources", "harmonic torque [N*m]", "vector sum [N*m]"]
     write_table(folder / "critical_speeds.csv", header, [list(each.values()) for each in _critical(result)])
     write_data(folder / "campbell.json", campbell_data(result))
     save(plot(result), folder / "campbell.png")
@@ -92,7 +93,7 @@ def _critical(result: CampbellResult) -> list[dict[str, Any]]:
         {
             "speed_rpm": each.speed * RPM,
             "margin_percent": 100 * each.margin,
-            "mode": each.mode + 1,
+            "mode": each.number,
             "frequency_hz": each.frequency,
             **_order(each.line),
         }
@@ -106,11 +107,12 @@ def _order(line: OrderLine) -> dict[str, Any]:
         "exact_order": str(line.order),
         "sources": line.label,
         "torque_n_m": line.torque,
+        "vector_sum_n_m": line.vector_sum,
     }
 
 
 def campbell_data(result: CampbellResult) -> dict[str, Any]:
-    """The diagram as plain data; modes count from 1, critical speeds by margin, the nearest first."""
+    """The diagram as plain data; vibrating modes count from 1, critical speeds by margin, the nearest first."""
     from modelgen.cli.tables import RPM
 
     return {

@@ -26,6 +26,7 @@ SHOWN = 6
 @click.argument("model")
 def check(model: str) -> None:
     """Read MODEL, assemble and balance it, and print a summary, or the one thing that is wrong."""
+    from modelgen.analysis.limits.rulebook import chosen_rules
     from modelgen.cli.report import digits
     from modelgen.drivelines import load
     from modelgen.equations import assemble
@@ -35,6 +36,7 @@ def check(model: str) -> None:
     try:
         line = load(model)
         equations = assemble(line)
+        chosen_rules(line.limits)
         compiled = lower(equations)
         point = operating_point(compiled)
     except ModelgenError as wrong:

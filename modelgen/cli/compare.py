@@ -106,8 +106,9 @@ def _write(result: ComparisonResult, folder: Path) -> None:
         rows += [[each.channel, each.column, name, None, each.unit, own, other, None] for (name, own), other in both]
         for order in each.orders:
             turn = None if order.phase_difference is None else math.degrees(order.phase_difference)
-            told = f"order {order.order}"
-            rows.append([each.channel, each.column, told, order.frequency, each.unit, order.measured, order.simulated, turn])
+            rows.append(
+                [each.channel, each.column, order.name, order.frequency, each.unit, order.measured, order.simulated, turn]
+            )
     header = ["channel", "column", "what", "frequency [Hz]", "unit", "measured [unit]", "simulated [unit]"]
     write_table(folder / "comparison.csv", [*header, "phase difference [deg]"], rows)
     write_data(folder / "comparison.json", comparison_data(result))
@@ -137,6 +138,8 @@ def comparison_data(result: ComparisonResult) -> dict[str, Any]:
                 "orders": [
                     {
                         "order": order.order,
+                        "order_per_turn": order.per_turn,
+                        "name": order.name,
                         "frequency_hz": order.frequency,
                         "measured": order.measured,
                         "simulated": order.simulated,

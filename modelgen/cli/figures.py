@@ -59,24 +59,29 @@ def _drawings(response: Response) -> Iterator[Drawing]:
 
     line, modes, solution, window = response.line, response.modes, response.solution, response.window
     found, inertias = response.angles, response.angles.inertias
-    verdict = limit.verdict(found)
+    verdict = limit.verdict(limit.judged(response))
+    bound = verdict.limit if verdict else None
     equations = response.model.equations
     whole = window.base in (GIVEN, LOWEST_MODE)
     yield Drawing("driveline", "model", "driveline", "The driveline as it was run.", partial(plots.draw, equations))
     if len(modes.frequencies) > modes.rigid:
         caption = "Shapes of the lowest vibrating modes in referred angles: an ideal gear pair would make no step."
         yield Drawing("modes", "modes", "mode shapes", caption, partial(plots.plot, modes, driveline=equations))
-    if verdict is not None:
+    if inertias:
         caption = "Vibration and elastic angle of every inertia, 0-peak and half p-p, physical and referred."
-        yield Drawing("angles", "angles", "angles", caption, partial(plots.plot, found, limit=verdict.limit))
-        wanted = dict.fromkeys([line.reference or "", verdict.worst.element, list(inertias)[-1]])
+        yield Drawing("angles", "angles", "angles", caption, partial(plots.plot, found, limit=bound))
+        worst = max(inertias, key=lambda name: inertias[name].vibration.peak)
+        wanted = dict.fromkeys([line.reference or "", worst, list(inertias)[-1]])
         shown = [name for name in wanted if name in inertias]
         caption = "Vibration angle at the reference shaft, where it is largest, and at the last inertia, physical."
-        chosen = partial(plots.responses, solution, window, shown, last=None if whole else 2, limit=verdict.limit)
+        chosen = partial(plots.responses, solution, window, shown, last=None if whole else 2, limit=bound)
         yield Drawing("responses", "angles", "responses", caption, chosen)
     if found.meshes:
-        caption = "Mesh forces and deflections; gray where the teeth are apart, red where the back flank carries."
-        forces = partial(plots.mesh_forces, solution, window, last=None if whole else 1)
+        caption = (
+            "Mesh forces over the window, and forces and deflections about the largest one; gray where the teeth are apart, red "
+            "where the back flank carries."
+        )
+        forces = partial(plots.mesh_forces, solution, window)
         yield Drawing("mesh_forces", "meshes", "mesh forces", caption, forces)
     yield from _mesh_drawings(response)
     if response.crosscheck is not None and any(run.differences for run in response.crosscheck.runs):

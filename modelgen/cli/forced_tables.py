@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from modelgen.analysis import ForcedResult, HammerResult, Swings, gear_hammer
+from modelgen.analysis.linear.orders import source_name
 from modelgen.cli.report import digits
 from modelgen.cli.tables import RPM, aligned, write_data, write_table
 from modelgen.plots import damper_power, plot, save
@@ -47,6 +48,7 @@ def write_forced(
         columns += [swing.mean.tolist(), swing.peak.tolist(), swing.half_pp.tolist()]
     write_table(folder / "forced.csv", header, list(zip(*columns, strict=True)))
     header = ["speed [rpm]", "channel", "order [1/turn]", "exact order", "bases", "amplitude [unit]", "unit", "phase [deg]"]
+    header.append("sources")
     write_table(folder / "orders.csv", header, _order_rows(result))
     lost = result.power.sum(axis=2)
     if lost.max(initial=0.0) > 0:
@@ -71,7 +73,8 @@ def _order_rows(result: ForcedResult) -> Iterator[list[Any]]:
             for h in np.flatnonzero(kept[s, c]):
                 order, value = result.orders[h], result.amplitudes[s, c, h]
                 phase = math.degrees(np.angle(value))
-                yield [speed, channel, float(order), str(order), " ".join(result.bases[h]), float(abs(value)), unit, phase]
+                base, size_of = " ".join(result.bases[h]), float(abs(value))
+                yield [speed, channel, float(order), str(order), base, size_of, unit, phase, source_name(result.sources(int(h)))]
 
 
 def _gear_rows(turns: list[float], hammer: HammerResult) -> Iterator[list[Any]]:
@@ -126,6 +129,7 @@ def forced_data(
         "complex_stiffness": result.complex_stiffness,
         "cycle_turns": str(result.cycle),
         "orders_per_turn": [float(order) for order in result.orders],
+        "orders": [result.order_name(k) for k in range(len(result.orders))],
         "largest": {
             f"{name} [{result.unit(name)}]": {
                 "mean": float(swing.mean[worst[name]]),

@@ -1,18 +1,23 @@
-"""The limit that a run holds its angles against, and the verdict in a form that reports and programs read.
+"""The limits that a model chooses, held against a run, in a form that reports and programs read.
 
-Part of ``cli``; the rule itself, with what is known of it, stands among those of ``analysis``.
+Part of ``cli``; the rules themselves, with what is known of them, stand among those of ``analysis``. A model that chooses no rule
+is held against none.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from modelgen.analysis import AnglesResult
-from modelgen.analysis.limits.check import LimitRow, check_limits
+from modelgen.analysis.limits.check import LimitRow, LimitsResult, check_limits
+from modelgen.analysis.limits.rulebook import chosen_rules
+from modelgen.cli.diameters import diameters
+from modelgen.cli.limit_values import SEPARATION, response_values, separation_values
+from modelgen.cli.response import Response
+from modelgen.errors import CaseError
 
-RULE = "syt_5211_angle"
+ANGLE = "vibration_angle"
 QUANTITY = "vibration_peak"
-"""What the rule judges, in the words of ``summary.json``."""
+"""What a rule for angles judges, in the words of ``summary.json``."""
 
 
 @dataclass(frozen=True)
@@ -33,9 +38,34 @@ class Verdict:
         return self.worst.limits[0]
 
 
-def verdict(found: AnglesResult) -> Verdict | None:
-    """The verdict on all inertias; None for a driveline without any."""
-    if not found.inertias:
+def judged(response: Response) -> LimitsResult | None:
+    """Every rule that the model chooses, held against the run; None where it chooses none.
+
+    What a rule lacks to be judged is a remark, no refusal: the run is done.
+    """
+    line, model = response.line, response.model
+    chosen = chosen_rules(line.limits)
+    if not chosen:
         return None
-    rows = sorted(check_limits(found, RULE).rows, key=lambda row: -row.value)
-    return Verdict(rows[0], tuple(row for row in rows if row.verdict == "fail"))
+    values = response_values(response, diameters(line, model))
+    if any(each.quantity in SEPARATION for each in chosen):
+        orders = [order for each in chosen for order in each.orders_meant()]
+        values |= separation_values(model, None, 0.01, response.request.rated, orders)
+    rows: list[LimitRow] = []
+    remarks: list[str] = []
+    for each in chosen:
+        try:
+            found = check_limits(values, each, line.name)
+        except CaseError as error:
+            remarks.append(f"not judged: {error}")
+        else:
+            rows += found.rows
+            remarks += found.remarks
+    return replace(LimitsResult(line.name, tuple(rows)), remarks=tuple(remarks))
+
+
+def verdict(found: LimitsResult | None) -> Verdict | None:
+    """The verdict on the angles of all inertias by the first rule chosen for them; None where none is, or nothing to judge."""
+    angles = [row for row in found.rows if row.quantity == ANGLE] if found else []
+    rows = sorted((row for row in angles if row.rule == angles[0].rule), key=lambda row: -row.value)
+    return Verdict(rows[0], tuple(row for row in rows if row.verdict == "fail")) if rows else None

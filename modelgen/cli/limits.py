@@ -5,8 +5,9 @@ Part of ``cli``; ``limit_values`` gathers the values, ``analysis.limits.check`` 
 
 from __future__ import annotations
 
+import dataclasses
 import shlex
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,8 +17,9 @@ from modelgen.cli.diameters import DIAMETER
 from modelgen.cli.question import asks_a_model, fills_a_folder, speed_range
 
 if TYPE_CHECKING:
+    from modelgen.analysis.limits.bound_rule import Rule
     from modelgen.analysis.limits.check import LimitRow, LimitsResult
-    from modelgen.analysis.limits.rulebook import Rule
+    from modelgen.model import Driveline
 
 EXAMPLES = """
 \b
@@ -33,11 +35,16 @@ Examples:
 \b
 Ends with 0 when done, whatever the verdicts; 1 if the run failed, 2 if it was refused, 130 after Ctrl-C.
 """
-USUAL = ("syt_5211_angle", "api_617_separation")
-RULE = f"A rule, the elements it is for (all, if none), its inputs NAME=VALUE. Repeatable.  [default: {', '.join(USUAL)}]"
+RULE = (
+    "A rule or a file of rules, the elements it is for (all, if none), its inputs NAME=VALUE. Repeatable.  "
+    "[default: those that the model chooses]"
+)
 LIST = "Print the rules and what they ask for."
 RESPONSE = "Angles and torques once settled, as modelgen run has them, or of the linear forced response."
-OPERATING = "Range of speeds that natural frequencies keep off.  [default: the operating speed]"
+OPERATING = (
+    "Range of speeds that natural frequencies keep off; its end is the maximum continuous speed.  "
+    "[default: the operating speed; the model's own is the maximum]"
+)
 SHARE = "Orders whose torque is below this share of the largest one are not kept off from."
 
 
@@ -88,26 +95,32 @@ def limits(
 
     with output_folder(out, replace) as folder, Progress() as progress:
         target = speed_range(operating, "--operating")
+        from modelgen.analysis.limits.check import check_limits
         from modelgen.cli.diameters import diameters
-        from modelgen.cli.limit_values import forced_values, separation_values, settled_values
+        from modelgen.cli.limit_values import SEPARATION, forced_values, separation_values, settled_values
         from modelgen.cli.question import opened
+        from modelgen.drivelines import load
 
         chosen = read_rules(given)
         progress.stage(f"read {model}")
         line, compiled = opened(model, assignments, speed)
+        chosen = chosen or _own_rules(line)
         sizes = diameters(line, compiled, diameter)
+        rated = target[1] if target else load(model).speed
         remarks: tuple[str, ...] = ()
         values: dict[str, Any] = {}
-        if not chosen or any(each.quantity not in ("separation_margin", "critical_speed_ratio") for each in chosen):
+        if any(each.quantity not in SEPARATION for each in chosen):
             if response == "settled":
-                values, remarks = settled_values(line, sizes, progress)
+                values, remarks = settled_values(line, sizes, progress, rated)
             else:
                 progress.stage("find the response of every order")
-                values, remarks = forced_values(compiled, sizes)
+                values, remarks = forced_values(compiled, sizes, rated)
         progress.stage("find how far natural frequencies keep off")
-        values |= separation_values(compiled, target, share)
+        orders = [order for each in chosen for order in each.orders_meant()]
+        values |= separation_values(compiled, target, share, rated, orders)
         progress.stage("judge")
-        result = _judge(values, chosen, line.name, remarks)
+        judged = check_limits(values, chosen, line.name)
+        result = dataclasses.replace(judged, remarks=(*remarks, *judged.remarks))
         _write(result, folder)
     click.echo(str(result))
     click.echo(f"table, figure and limits.json: {out}")
@@ -115,10 +128,11 @@ def limits(
 
 def read_rules(given: Iterable[str]) -> list[Rule]:
     """Rules from texts such as ``NAME ELEMENT input='600 MPa'``. Raises CaseError or UnitError for what they do not know."""
-    from modelgen.analysis.limits.rulebook import rule
+    from modelgen.analysis.limits.rulebook import chosen_rules
     from modelgen.errors import CaseError
+    from modelgen.model.chosen_limits import ChosenLimit
 
-    found = []
+    found: list[Rule] = []
     for text in given:
         try:
             words = shlex.split(text)
@@ -128,27 +142,21 @@ def read_rules(given: Iterable[str]) -> list[Rule]:
             raise CaseError("--rule", "is empty", "name a rule; modelgen limits --list names them")
         name, *rest = words
         inputs = dict(word.split("=", 1) for word in rest if "=" in word)
-        chosen = rule(name).given(*(word for word in rest if "=" not in word), **inputs)
-        chosen.limit()  # says what is missing before anything is computed
-        found.append(chosen)
+        elements = tuple(word for word in rest if "=" not in word)
+        found += chosen_rules([ChosenLimit(name, elements, inputs)])  # says what is missing before anything is computed
     return found
 
 
-def _judge(values: Mapping[str, Any], chosen: list[Rule], model: str, remarks: tuple[str, ...]) -> LimitsResult:
-    """The rules asked for, or those of the usual ones that there is something to judge for."""
-    from dataclasses import replace
-
-    from modelgen.analysis.limits.check import check_limits
-    from modelgen.analysis.limits.rulebook import rule
+def _own_rules(line: Driveline) -> list[Rule]:
+    """The rules that the model chooses. Raises CaseError where it chooses none: nobody else chooses for it."""
+    from modelgen.analysis.limits.rulebook import chosen_rules
     from modelgen.errors import CaseError
 
-    if not chosen:
-        held = {name.rpartition(".")[2] for name in values}
-        chosen = [each for each in map(rule, USUAL) if each.quantity in held]
-        if not chosen:
-            problem = "has neither angles nor natural frequencies to judge"
-            raise CaseError(f"driveline {model!r}", problem, "name a rule with --rule")
-    return replace(check_limits(values, chosen, model), remarks=remarks)
+    found = chosen_rules(line.limits)
+    if not found:
+        remedy = "name one with --rule (modelgen limits --list names them), or write [[limits]] into the model file"
+        raise CaseError(f"driveline {line.name!r}", "chooses no rule to be held against", remedy)
+    return found
 
 
 def _write(result: LimitsResult, folder: Path) -> None:

@@ -5,7 +5,6 @@ Part of ``cli``; asks ``modal`` and ``sensitivity`` of ``analysis.linear`` and p
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +26,7 @@ Examples:
 \b
 Ends with 0 when done, 2 if it was refused, 130 after Ctrl-C. Only what is done leaves a folder.
 """
+BEFORE = 5  # entries of a mode, without its number, that stand before its shapes
 NAMED = 5  # parameters that the summary names for each mode
 
 
@@ -60,33 +60,34 @@ def modal(model: str, assignments: tuple[str, ...], speed: str | None, out: Path
     click.echo(f"tables, figures and modal.json: {out}")
 
 
-def damped_of(modes: ModalResult) -> list[int | None]:
-    """For every mode the number of its damped one; None for rigid modes, and for all where one does not oscillate any more.
-
-    In the order of |s|, which proportional damping leaves at the undamped frequency.
-    """
-    elastic = len(modes.frequencies) - modes.rigid
-    if len(modes.damped_frequencies) != elastic:
-        return [None] * len(modes.frequencies)
-    size = [math.hypot(2 * math.pi * f, rate) for f, rate in zip(modes.damped_frequencies, modes.decay_rates, strict=True)]
-    return [None] * modes.rigid + sorted(range(elastic), key=size.__getitem__)
-
-
 def modal_text(modes: ModalResult) -> str:
     """The table of modes for the terminal."""
+    from modelgen.analysis.linear.mode_numbers import mode_cell
     from modelgen.cli.report import digits
     from modelgen.cli.tables import aligned
 
     rows = []
-    for k, (frequency, own) in enumerate(zip(modes.frequencies, damped_of(modes), strict=True)):
+    for k, frequency in enumerate(modes.frequencies.tolist()):
         held = [_largest(modes, shares, k) for shares in (modes.kinetic, modes.potential)]
-        damped = [None if own is None else float(values[own]) for values in (modes.damped_frequencies, modes.damping_ratios)]
-        numbers = [digits(float(frequency), 6), digits(damped[0], 6), digits(damped[1])]
-        rows.append([str(k + 1), *numbers, held[0], "rigid" if k < modes.rigid else held[1]])
+        own = modes.damped(k)
+        damped = ("overdamped" if own.rates else digits(own.frequency, 6), digits(own.ratio)) if own else ("—", "—")
+        numbers = [digits(frequency, 6), digits(60 * frequency, 6), *damped, str(modes.nodes[k])]
+        rows.append([mode_cell(k, modes.rigid), *numbers, held[0], "rigid" if k < modes.rigid else held[1]])
     kind = "all" if modes.complete else "the lowest"
     head = f"modes of {modes.model!r}: {kind} {len(modes.frequencies)}, {modes.rigid} rigid"
-    columns = ["mode", "undamped [Hz]", "damped [Hz]", "damping ratio", "most kinetic energy", "most potential energy"]
-    return f"{head}\n{aligned(columns, rows)}"
+    columns = ["mode", "undamped [Hz]", "[vib/min]", "damped [Hz]", "damping ratio", "nodes"]
+    table = aligned([*columns, "most kinetic energy", "most potential energy"], rows)
+    return "\n".join([head, table, *overdamped_remarks(modes)])
+
+
+def overdamped_remarks(modes: ModalResult) -> list[str]:
+    """A sentence for each mode that does not oscillate."""
+    found = [(modes.name(k), modes.damped(k)) for k in range(modes.rigid, len(modes.frequencies))]
+    return [
+        f"{name} does not oscillate: it decays with the two rates {own.rates[0]:.6g} and {own.rates[1]:.6g} 1/s"
+        for name, own in found
+        if own and own.rates
+    ]
 
 
 def _largest(modes: ModalResult, shares: Any, mode: int) -> str:
@@ -99,17 +100,22 @@ def _largest(modes: ModalResult, shares: Any, mode: int) -> str:
 def _write(modes: ModalResult, slopes: SensitivityResult, compiled: Compiled, folder: Path) -> None:
     import numpy as np
 
+    from modelgen.analysis.linear.mode_numbers import mode_cell
     from modelgen.cli.tables import write_data, write_table
     from modelgen.plots import energy_shares, plot, save
 
     names = list(modes.names)
     header = ["mode", "undamped [Hz]", "damped [Hz]", "damping ratio [1]", "decay rate [1/s]", "modal inertia [kg*m^2]"]
     header += [f"{name} {kind} [1]" for kind in ("physical", "referred") for name in names]
+    header += ["undamped [vib/min]", "nodes", "slow rate [1/s]", "fast rate [1/s]"]
     shapes = np.vstack([modes.shapes, modes.referred]).T.tolist()
-    rows = [[*each.values(), *shape] for each, shape in zip(_modes(modes), shapes, strict=True)]
+    rows = [
+        [mode_cell(k, modes.rigid), *list(each.values())[1 : BEFORE + 1], *shape, *list(each.values())[BEFORE + 1 :]]
+        for k, (each, shape) in enumerate(zip(_modes(modes), shapes, strict=True))
+    ]
     write_table(folder / "modal.csv", header, rows)
     energy = [
-        [k + 1, float(frequency), element, float(modes.kinetic[e, k]), float(modes.potential[e, k])]
+        [mode_cell(k, modes.rigid), float(frequency), element, float(modes.kinetic[e, k]), float(modes.potential[e, k])]
         for k, frequency in enumerate(modes.frequencies)
         for e, element in enumerate(modes.elements)
     ]
@@ -126,47 +132,58 @@ def _write(modes: ModalResult, slopes: SensitivityResult, compiled: Compiled, fo
 def _sensitivity_rows(slopes: SensitivityResult) -> list[list[Any]]:
     import numpy as np
 
+    from modelgen.analysis.linear.mode_numbers import mode_cell
+
     relative = slopes.relative
     told = list(zip(slopes.parameters, slopes.values.tolist(), slopes.units, strict=True))
     rows = []
     for mode in range(slopes.rigid, len(slopes.frequencies)):
         for k in np.flatnonzero(slopes.slopes[mode]):
             found = [float(slopes.slopes[mode, k]), float(relative[mode, k]), slopes.methods[k]]
-            rows.append([mode + 1, float(slopes.frequencies[mode]), *told[k], *found])
+            rows.append([mode_cell(mode, slopes.rigid), float(slopes.frequencies[mode]), *told[k], *found])
     return rows
 
 
 def _modes(modes: ModalResult) -> list[dict[str, Any]]:
-    """What is told of each mode as a whole, in the order of the columns of its table."""
-    damped = {
-        "damped_hz": modes.damped_frequencies,
-        "damping_ratio": modes.damping_ratios,
-        "decay_rate_per_s": modes.decay_rates,
-    }
-    return [
-        {
-            "mode": k + 1,
-            "undamped_hz": float(modes.frequencies[k]),
-            **{key: None if own is None else float(values[own]) for key, values in damped.items()},
-            "modal_inertia_kg_m2": float(modes.modal_inertia[k]),
-        }
-        for k, own in enumerate(damped_of(modes))
-    ]
+    """What is told of each mode as a whole, in the order of the columns of its table: ``BEFORE`` the shapes and after them."""
+    found = []
+    for k, frequency in enumerate(modes.frequencies.tolist()):
+        own = modes.damped(k)
+        rates = own.rates if own else None
+        found.append(
+            {
+                "mode": modes.number(k),
+                "undamped_hz": frequency,
+                "damped_hz": own.frequency if own else None,
+                "damping_ratio": own.ratio if own else None,
+                "decay_rate_per_s": own.decay if own else None,
+                "modal_inertia_kg_m2": float(modes.modal_inertia[k]),
+                "undamped_vibrations_per_min": 60 * frequency,
+                "nodes": int(modes.nodes[k]),
+                "slow_rate_per_s": rates[0] if rates else None,
+                "fast_rate_per_s": rates[1] if rates else None,
+            }
+        )
+    return found
 
 
 def modal_data(modes: ModalResult, slopes: SensitivityResult) -> dict[str, Any]:
-    """The modes as plain data; modes count from 1. A relative sensitivity is (change of f / f) / (change of p / p)."""
+    """The modes as plain data; vibrating modes count from 1, rigid ones have no number.
+
+    A relative sensitivity is (change of f / f) / (change of p / p).
+    """
     shares = {"kinetic_energy_shares": modes.kinetic, "potential_energy_shares": modes.potential}
     damped = zip(modes.damped_frequencies.tolist(), modes.damping_ratios.tolist(), modes.decay_rates.tolist(), strict=True)
     return {
         "model": modes.model,
         "rigid_modes": modes.rigid,
         "complete": modes.complete,
-        "repeated_modes": [[mode + 1 for mode in cluster] for cluster in modes.repeated],
+        "repeated_modes": [[modes.number(mode) for mode in cluster] for cluster in modes.repeated],
         "speed_ratios": dict(zip(modes.names, modes.ratio.tolist(), strict=True)),
         "modes": [
             {
                 **each,
+                "name": modes.name(k),
                 **{key: dict(zip(modes.elements, of[:, k].tolist(), strict=True)) for key, of in shares.items()},
                 "largest_relative_sensitivities": dict(slopes.largest(k, NAMED)),
             }

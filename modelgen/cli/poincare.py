@@ -25,7 +25,7 @@ Examples:
   modelgen poincare my_driveline.toml --out out/surface --surface coupling.twist="0.2 deg" --end 20
 
 \b
-Ends with 0 when done, 2 if it was refused, 130 after Ctrl-C. Only what is done leaves a folder.
+Ends with 0 when done, 1 if the run failed, 2 if it was refused, 130 after Ctrl-C. Only what is done leaves a folder.
 """
 SURFACE = "Cut where this channel passes a value upward, instead of a strobe."
 PROVE = "Look for the periodic motion by shooting as well: closed to 1e-10, and every multiplier."
@@ -66,6 +66,7 @@ def poincare(
 
     The folder gets section.csv (the points), section.json (the verdict with its evidence) and a figure.
     """
+    from modelgen.cli.ending import FAILED, Ending
     from modelgen.cli.folder import output_folder
     from modelgen.cli.progress import Progress
 
@@ -75,6 +76,7 @@ def poincare(
         from modelgen.analysis import poincare as section_of
         from modelgen.analysis.classification.damping import undamped
         from modelgen.analysis.classification.motion_evidence import REACHED
+        from modelgen.analysis.nonlinear.recurrence import FEWEST
         from modelgen.cli.bifurcation_case import strobed_case
 
         case = strobed_case(model, assignments, speed, mesh_reading, tolerance)
@@ -84,6 +86,8 @@ def poincare(
             result = section_of(case, channel or None, progress=progress.fraction, **kept)  # type: ignore[arg-type]
         else:
             result = _cut(case, surface, channel, strobes, end)
+        if result.failure and len(result.times) < FEWEST:
+            raise Ending(result, FAILED)
         orbit, away = None, float("nan")
         if prove:
             progress.stage("look for the periodic motion by shooting")
@@ -99,6 +103,8 @@ def poincare(
         far = f"the points stay away from it by {away:.2g} of the scales" if away == away else "these points do not show it"
         click.echo(f"beside that, shooting: {orbit.verdict}; {far}")
     click.echo(f"table, figure and section.json: {out}")
+    if result.failure:
+        raise Ending(f"the run of the section failed: {result.failure}", FAILED)
 
 
 WRITTEN = ("section.csv", "section.json", "section.png")
@@ -134,6 +140,10 @@ def _write(result: SectionResult, verdict: Verdict, folder: Path) -> None:
         [time, *(each for both in zip(values, rates, strict=True) for each in both)]
         for time, values, rates in zip(result.times.tolist(), result.values.tolist(), result.rates.tolist(), strict=True)
     ]
+    header.append("ending")
+    rows = [[*row, ""] for row in rows]
+    if result.failure:
+        rows.append([*[None] * (len(header) - 1), result.failure])
     write_table(folder / "section.csv", header, rows)
     write_data(folder / "section.json", section_data(result, verdict))
     save(plot(result, verdict=verdict), folder / "section.png")
@@ -148,6 +158,8 @@ def section_data(result: SectionResult, verdict: Verdict) -> dict[str, Any]:
         "points": len(result.times),
         "transient": result.transient,
         "settled": result.settled,
+        "outcome": result.outcome.name,
+        "failure": result.failure or None,
         "residual_scales": result.residual,
         "verdict": verdict.name,
         "kind": verdict.kind,

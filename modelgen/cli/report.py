@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from modelgen import __version__
+from modelgen.analysis.linear.mode_numbers import mode_cell
 from modelgen.cli import limit
 from modelgen.cli.figures import Figure
 from modelgen.cli.response import GIVEN, LOWEST_MODE, SAMPLES_PER_PERIOD, Response, base_frequencies
@@ -24,6 +25,7 @@ Row = dict[str, Any]
 
 def report_text(response: Response, figures: Sequence[Figure], command: str = "") -> str:
     """The text of ``report.md``; ``command`` is the line that a reader can run again."""
+    limits = limit.judged(response)
     return (
         environment()
         .get_template("report.md.jinja")
@@ -50,7 +52,10 @@ def report_text(response: Response, figures: Sequence[Figure], command: str = ""
             angles=_angles(response),
             twists=_twists(response),
             meshes=response.angles.meshes,
-            verdict=limit.verdict(response.angles),
+            verdict=limit.verdict(limits),
+            limits=limits,
+            others=[row for row in limits.rows if row.quantity != limit.ANGLE] if limits else [],
+            largest=_largest_angle(response),
             crosscheck=response.crosscheck,
             crosscheck_failed=response.crosscheck_failed,
             data=_data(response),
@@ -101,27 +106,35 @@ def cell(text: object) -> str:
 
 @dataclass(frozen=True)
 class Mode:
-    """A row of the table of modes; a mode without a damped partner is rigid or overdamped."""
+    """A row of the table of modes: its number or "rigid", and the damping that the result gives it, as texts."""
 
-    number: int
+    number: str
     frequency: float
-    damping: float | None
-    decay: float | None
+    damping: str
+    decay: str
     largest: str
 
 
 def _modes(response: Response) -> list[Mode]:
     modes = response.modes
-    vibrating = len(modes.frequencies) - modes.rigid
-    # Frequencies are in the same order with and without damping, unless a pair is overdamped and missing.
-    paired = len(modes.damped_frequencies) == vibrating
     rows = []
-    for k, frequency in enumerate(modes.frequencies):
-        own = k - modes.rigid
-        ratio, decay = (float(v[own]) if paired and own >= 0 else None for v in (modes.damping_ratios, modes.decay_rates))
-        largest = "whole driveline turns" if own < 0 else modes.names[int(np.abs(modes.shapes[:, k]).argmax())]
-        rows.append(Mode(k, float(frequency), ratio, decay, largest))
+    for k, frequency in enumerate(modes.frequencies.tolist()):
+        own = modes.damped(k)
+        damping, decay = digits(own.ratio if own else None, 3), digits(own.decay if own else None, 3)
+        if own and own.rates:
+            damping, decay = "overdamped", " and ".join(digits(rate, 3) for rate in own.rates)
+        largest = "whole driveline turns" if k < modes.rigid else modes.names[int(np.abs(modes.shapes[:, k]).argmax())]
+        rows.append(Mode(mode_cell(k, modes.rigid), frequency, damping, decay, largest))
     return rows
+
+
+def _largest_angle(response: Response) -> Row | None:
+    """The inertia with the largest vibration angle, and that angle [deg]."""
+    inertias = response.angles.inertias
+    if not inertias:
+        return None
+    worst = max(inertias, key=lambda name: inertias[name].vibration.peak)
+    return {"element": worst, "value": math.degrees(inertias[worst].vibration.peak)}
 
 
 def _rpm(response: Response) -> float | None:

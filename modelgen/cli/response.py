@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from modelgen.analysis import AnglesResult, ModalResult, Window, angles, modal, settled_window
+from modelgen.analysis.limits.rulebook import chosen_rules
 from modelgen.cli.ending import FAILED, Ending
 from modelgen.cli.progress import Progress
 from modelgen.equations import assemble
@@ -45,7 +46,10 @@ CHANNELS = (".angle_deviation", ".elastic_angle", ".twist", ".force", ".penetrat
 
 @dataclass(frozen=True)
 class Request:
-    """What the command line asks of a run, apart from the model."""
+    """What the command line asks of a run, apart from the model.
+
+    ``rated`` [rad/s]: the maximum continuous speed, by default the operating speed.
+    """
 
     start: str = "static"
     solver: str = "rk4"
@@ -54,6 +58,7 @@ class Request:
     window: tuple[float, float] | None = None
     crosscheck: tuple[str, ...] = ()
     max_seconds: float = 600.0
+    rated: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +85,7 @@ class Response:
 
 def respond(line: Driveline, request: Request, progress: Progress) -> Response:
     """Runs a driveline as requested. Raises Ending for a run that fails, and the refusals of each step."""
+    chosen_rules(line.limits)  # says what is wrong with them before anything is computed
     progress.stage("assemble and compile")
     model = lower(assemble(line))
     point = operating_point(model)

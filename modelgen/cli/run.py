@@ -5,6 +5,8 @@ Part of ``cli``; the command line's main sentence.
 
 from __future__ import annotations
 
+import dataclasses
+import math
 import shlex
 import time
 from pathlib import Path
@@ -69,8 +71,8 @@ def run(ctx: click.Context, model: str, out: Path, replace: bool, **options: Any
         from modelgen.drivelines import load
 
         switches = {name: options.pop(name) for name in ("assignments", "speed", "damping", "mesh_damping", "mesh_reading")}
-        request = _request(options)
-        response = respond(settle(load(model), **switches), request, progress)
+        request, given = _request(options), load(model)
+        response = respond(settle(given, **switches), dataclasses.replace(request, rated=given.speed), progress)
         write_results(response, folder, _as_given(ctx), begun, progress)
     _say(response, out, time.perf_counter() - begun)
 
@@ -115,12 +117,17 @@ def _say(response: Response, out: Path, wall: float) -> None:
     from modelgen.cli import limit
     from modelgen.cli.report import digits
 
-    found, frequencies = limit.verdict(response.angles), response.modes.frequencies[response.modes.rigid :]
+    limits, frequencies = limit.judged(response), response.modes.frequencies[response.modes.rigid :]
+    found, inertias = limit.verdict(limits), response.angles.inertias
     rows = []
-    if found is not None:
-        side = f"{'within' if found.ok else 'above'} {found.limit:g} deg"
-        worst = found.worst
-        rows.append(("largest vibration angle", f"{digits(worst.value)} deg at {worst.element} (0-peak, physical; {side})"))
+    if inertias:
+        worst = max(inertias, key=lambda name: inertias[name].vibration.peak)
+        side = f"; {'within' if found.ok else 'above'} {found.limit:g} deg" if found else ""
+        angle = digits(math.degrees(inertias[worst].vibration.peak))
+        rows.append(("largest vibration angle", f"{angle} deg at {worst} (0-peak, physical{side})"))
+    if limits is not None:
+        counts = ", ".join(f"{len(limits.with_verdict(each))} {each}" for each in ("pass", "fail", "not judged"))
+        rows.append(("limits that it chooses", counts))
     if len(frequencies):
         rows.append(("lowest natural frequency", f"{digits(float(frequencies[0]), 6)} Hz"))
     meshes = response.angles.meshes

@@ -50,6 +50,7 @@ def summary(response: Response) -> dict[str, Any]:
         "window_s": [response.window.first, response.window.last],
         "damping": damping(response),
         "limit": limit_data(response),
+        "limits": limits_data(response),
         "crosscheck": crosscheck_data(response),
     }
 
@@ -74,8 +75,8 @@ def _ratio(response: Response, kind: str) -> float | None:
 
 
 def limit_data(response: Response) -> dict[str, Any] | None:
-    """The verdict on the largest angle."""
-    found = limit.verdict(response.angles)
+    """The verdict on the largest angle by the rule that the model chooses for angles; None where it chooses none."""
+    found = limit.verdict(limit.judged(response))
     if found is None:
         return None
     worst = found.worst
@@ -87,6 +88,13 @@ def limit_data(response: Response) -> dict[str, Any] | None:
         "value_deg": worst.value,
         "ok": found.ok,
     }
+
+
+def limits_data(response: Response) -> list[dict[str, Any]]:
+    """Every value that a rule chosen by the model judges, in the unit of the rule."""
+    found = limit.judged(response)
+    keys = ("rule", "element", "quantity", "value", "unit", "comparison", "limits", "margin", "verdict", "verified")
+    return [{key: getattr(row, key) for key in keys} for row in found.rows] if found else []
 
 
 def crosscheck_data(response: Response) -> dict[str, Any] | None:

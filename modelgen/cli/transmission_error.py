@@ -22,7 +22,7 @@ Examples:
   modelgen transmission-error fracturing-truck-commensurate --out out/te --mesh pump_mesh --speeds "1500 rpm" "1900 rpm"
 
 \b
-Ends with 0 when done, 2 if it was refused, 130 after Ctrl-C. Only what is done leaves a folder.
+Ends with 0 when done, 1 if a point could not be run, 2 if it was refused, 130 after Ctrl-C. Only what is done leaves a folder.
 """
 SPEEDS = "Lowest and highest operating speed, units allowed."
 MESH = "Gear pair whose transmission error is asked for.  [default: the only one]"
@@ -80,6 +80,10 @@ def transmission_error(
         _write(result, folder)
     click.echo(str(result))
     click.echo(f"table, figure and transmission_error.json: {out}")
+    if result.failed:
+        from modelgen.cli.ending import FAILED, Ending
+
+        raise Ending(f"{len(result.failed)} points could not be run: {result.failed[0].failure}", FAILED)
 
 
 WRITTEN = ("transmission_error.csv", "transmission_error.json", "transmission_error.png")
@@ -93,11 +97,13 @@ def _write(result: FrequencySweepResult, folder: Path) -> None:
     for name, unit in zip(result.channels, result.units, strict=True):
         header += [f"{name} {kind} [{unit}]" for kind in ("rms about its mean", "least", "largest")]
     header += ["share apart [1]", "share on the back flank [1]", "period [common periods]", "settled", "residual [scales]"]
+    header.append("ending")
     rows: list[list[Any]] = []
     for way in ("forward", "backward"):
         for point in getattr(result, way):
             sizes = [size for sizes in zip(point.rms, point.least, point.largest, strict=True) for size in sizes]
             ending = [point.separated, point.back, point.period, "yes" if point.settled else "no", point.residual]
+            ending.append(point.failure)
             rows.append([WAYS[way], point.speed, point.frequency, *sizes, *ending])
     write_table(folder / "transmission_error.csv", header, rows)
     write_data(folder / "transmission_error.json", transmission_error_data(result))
@@ -114,8 +120,9 @@ def transmission_error_data(result: FrequencySweepResult) -> dict[str, Any]:
         "model": result.model,
         "mesh": result.mesh,
         "speeds": len(result.forward),
+        "failed_points": [{"speed_rad_per_s": each.speed, "message": each.failure} for each in result.failed],
         "unsettled_points": sum(not point.settled for point in points),
-        "largest_rms": max(point.rms[0] for point in points),
+        "largest_rms": max((point.rms[0] for point in points if not point.failure), default=None),
         "unit": result.units[0],
         "changes": [
             {

@@ -12,6 +12,7 @@ from types import MappingProxyType
 from typing import Any
 
 from modelgen.errors import ModelError, NamingError, nearest
+from modelgen.model.chosen_limits import ChosenLimit, chosen_limit
 from modelgen.model.declarations import Flange
 from modelgen.model.element import Element, Shared
 from modelgen.model.named import BaseFrequency, NamedParameter, base_frequency, named_parameter
@@ -67,6 +68,7 @@ class Driveline:
     description: str = ""
     speeds: Mapping[str, Any] = field(default_factory=dict)
     balance_may_drive: bool = False
+    limits: tuple[ChosenLimit, ...] = ()
 
     def __post_init__(self) -> None:
         where = f"driveline {self.name!r}"
@@ -101,6 +103,11 @@ class Driveline:
                 able = [each.name for each in self.elements if each.balanced_by]
                 raise ModelError(self[name].where, "is no load that can be scaled", nearest(name, able))
         names = self.names
+        put(self, "limits", tuple(chosen_limit(each) for each in self.limits))
+        for limit in self.limits:
+            for name in limit.elements:
+                if name not in names:
+                    raise NamingError(f"limit {limit.rule!r}", f"is for {name!r}, which is no element", nearest(name, names))
         for assembly, members in self.assemblies.items():
             identifier(assembly, where, "assembly")
             for name in members:
@@ -222,7 +229,8 @@ class Driveline:
     def include(self, prefix: str, other: Driveline) -> Driveline:
         """With another driveline taken in as a sub-assembly; its elements are renamed ``prefix_name``, its parameters shared.
 
-        Base frequencies keep their shaft. The operating speed and the reference shaft stay those of this driveline.
+        Base frequencies keep their shaft, limits of named elements their elements. The operating speed and the reference shaft
+        stay those of this driveline.
         """
         rename = {element.name: identifier(f"{prefix}_{element.name}", f"assembly {prefix!r}") for element in other.elements}
 
@@ -251,6 +259,7 @@ class Driveline:
             bases={**self.bases, **bases},
             balanced=(*self.balanced, *(rename[name] for name in other.balanced)),
             assemblies={**self.assemblies, prefix: tuple(rename.values()), **inner},
+            limits=(*self.limits, *(limit.renamed(rename) for limit in other.limits if limit.elements)),
         )
 
     def parameter_of(self, element: Element, key: str) -> NamedParameter | None:

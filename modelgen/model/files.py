@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from modelgen.errors import ModelFileError, ModelgenError, nearest
+from modelgen.model.chosen_limits import KEYS, ChosenLimit, chosen_limit
 from modelgen.model.declarations import Choice, Param, Switched
 from modelgen.model.driveline import Driveline
 from modelgen.model.element import Element
@@ -39,6 +40,7 @@ _TABLES = (
     "elements",
     "connections",
     "assemblies",
+    "limits",
 )
 _OPERATION = ("speed", "reference", "balance", "drifts", "balance_may_drive", "speeds")
 
@@ -138,6 +140,7 @@ class _Reader:
                 drifts=self.switch(operation, "drifts"),
                 balance_may_drive=self.switch(operation, "balance_may_drive"),
                 assemblies={k: self.assembly(k, v) for k, v in self.table(data.get("assemblies", {}), "assemblies").items()},
+                limits=tuple(map(self.limit, self.list_of(data.get("limits", []), "limits"))),
             )
         except ModelFileError:
             raise
@@ -168,6 +171,13 @@ class _Reader:
         if not isinstance(value, list):
             raise self.refuse(keys, f"holds {value!r:.60}", "write a list")
         return value
+
+    def limit(self, value: Any) -> ChosenLimit:
+        table = self.table(value, "limits")
+        self.known(table, KEYS, "limits")
+        self.text_of(table, "rule", None, "limits")
+        self.list_of(table.get("elements", []), "limits", "elements")
+        return chosen_limit(table)
 
     def pair(self, value: Any) -> tuple[str, str]:
         if not (isinstance(value, list) and len(value) == 2 and all(isinstance(each, str) for each in value)):

@@ -10,6 +10,7 @@ import os
 from pathlib import Path
 from typing import Any
 
+from modelgen.model.chosen_limits import ChosenLimit
 from modelgen.model.declarations import Param
 from modelgen.model.driveline import Driveline
 from modelgen.model.element import Element
@@ -59,8 +60,19 @@ def model_text(line: Driveline) -> str:
         data["connections"] = [list(pair) for pair in line.connections]
     if line.assemblies:
         data["assemblies"] = {key: list(names) for key, names in line.assemblies.items()}
+    if line.limits:
+        data["limits"] = [_limit_data(limit) for limit in line.limits]
     data["elements"] = {element.name: _element_data(element) for element in line.elements}
     return tomli_w.dumps(data)
+
+
+def _limit_data(limit: ChosenLimit) -> dict[str, Any]:
+    data: dict[str, Any] = {"rule": limit.rule}
+    if limit.elements:
+        data["elements"] = list(limit.elements)
+    if limit.inputs:
+        data["inputs"] = dict(limit.inputs)
+    return data
 
 
 def _parameter_data(named: NamedParameter) -> Any:

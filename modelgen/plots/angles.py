@@ -25,15 +25,15 @@ MEASURES = (
     ("elastic, peak", ORANGE, lambda each: each.elastic.peak),
     ("elastic, half peak-to-peak", "#F5D79A", lambda each: each.elastic.half_pp),
 )
-LIMIT = 0.5  # degrees, 0-peak: SY/T 5211-2009 as the paper quotes it; the standard itself was not seen
 
 
 @plot.register
 @styled
-def plot_angles(result: AnglesResult, /, *, limit: float | None = LIMIT) -> Figure:
+def plot_angles(result: AnglesResult, /, *, limit: float | None = None) -> Figure:
     """Bars per inertia: vibration and elastic angle, peak and half peak-to-peak; above physical, below referred, in degrees.
 
-    ``limit`` [degrees] is drawn as a line, None leaves it out. Raises CaseError for a result without inertias.
+    ``limit`` [degrees] of the physical vibration angle is drawn as a line among the physical ones. Raises CaseError for a result
+    without inertias.
     """
     if not result.inertias:
         raise CaseError(f"angles of {result.model!r}", "there are no inertias in it", "keep the angle channels of the run")
@@ -50,7 +50,7 @@ def plot_angles(result: AnglesResult, /, *, limit: float | None = LIMIT) -> Figu
     for axes, referred in zip(rows, (False, True), strict=True):
         _bars(axes, result.inertias, referred)
         _shafts(axes, result.inertias, with_ratio=referred)
-        if limit is not None:
+        if limit is not None and not referred:  # a physical limit says nothing of referred angles
             axes.axhline(limit, color=VERMILION, linewidth=1.2, linestyle=(0, (5, 2)), zorder=5)
             mark_value(axes, limit, f"{limit:g}°")
         axes.set_ylabel(f"{'referred' if referred else 'physical'} angle [°]")

@@ -107,6 +107,10 @@ def _residuals(axes: Axes, result: BifurcationResult, factor: float) -> None:
             mine = [column for column in columns if column.settled == settled and np.isfinite(column.residual)]
             axes.plot([column.value * factor for column in mine], [max(column.residual, TINY) for column in mine], color=face,
                       linestyle="none", marker=marker, markersize=size + 0.6, markeredgewidth=0, zorder=3)  # fmt: skip
+    if failed := [column.value * factor for column in result.failed]:
+        foot = axes.get_xaxis_transform()
+        axes.plot(failed, [0.04] * len(failed), transform=foot, color=VERMILION, linestyle="none", marker="x",
+                  markersize=4, clip_on=False, zorder=5)  # fmt: skip
     axes.axhline(result.still, color=INK, linewidth=0.6, linestyle=(0, (4, 2)))
     axes.set_yscale("log")
     axes.set_ylabel("residual [-]")
@@ -124,6 +128,8 @@ def _legend(result: BifurcationResult) -> list[Line2D]:
         entries.append(Line2D([], [], color=HIGHER, label=f"period {higher}", **dot))
     if any(not column.settled for column in result.columns):
         entries.append(Line2D([], [], color=UNSETTLED, label="did not come to stand still", **dot))
+    if result.failed:
+        entries.append(Line2D([], [], color=VERMILION, linestyle="none", marker="x", markersize=4, label="the run failed"))
     if len(result.branches) > 1:
         for name, (marker, _) in zip(result.branches, _marks(result), strict=True):
             entries.append(Line2D([], [], color=INK, label=name, **{**dot, "marker": marker}))
@@ -140,6 +146,9 @@ def _detail(result: BifurcationResult) -> str:
             f"{len(unsettled)} of {len(result.columns)} columns did not come to stand still (gray): no attractor is claimed there"
         )
         said = f" {places}."
+    if failed := result.failed:
+        first = f"{failed[0].value:.6g} {result.unit}: {failed[0].failure}"
+        said += f" {len(failed)} runs failed (crosses below), the first at {first}."
     return (
         f"{len(result.values)} values, {count} strobes each after up to {longest} of transient. Strobe: {result.strobe}. "
         f"Physical values; the rolling of the whole train is left out.{said}"

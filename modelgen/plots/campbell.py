@@ -16,10 +16,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from modelgen.analysis.linear.campbell import CampbellResult, CriticalSpeed, OrderLine
+from modelgen.analysis.linear.mode_numbers import mode_name
 from modelgen.errors import CaseError
 from modelgen.plots.dispatch import plot
 from modelgen.plots.quantities import MINUS
-from modelgen.plots.speed_axis import RPM, line_of, order_text, set_speed, source_text, spread
+from modelgen.plots.speed_axis import RPM, TIMES, line_of, order_text, set_speed, source_text, spread
 from modelgen.plots.style import FAINT, GRAY, INK, PALE, TEXT, VERMILION, sheet, styled
 
 PANEL = 6.4  # cm high
@@ -27,7 +28,6 @@ ROW = 0.42  # cm for a critical speed
 LETTER = 0.3  # cm from label to label
 ABOVE = 1.05  # of the highest natural frequency
 MOST = 14  # critical speeds that are listed
-TIMES = "\N{MULTIPLICATION SIGN}"
 FEW = 8  # natural frequencies that are all named; of more, those that an order meets
 
 
@@ -51,7 +51,7 @@ def plot_campbell(result: CampbellResult, /, *, margin: float = 0.1, count: int 
     chosen = {title: _strongest(result, meshes, top, count) for title, meshes in kinds}
     chosen = {title: lines for title, lines in chosen.items() if lines}
     shown = {line for lines in chosen.values() for line in lines}
-    near = sorted((each for each in result.within(margin) if each.line in shown), key=lambda each: -each.line.torque)
+    near = sorted((each for each in result.within(margin) if each.line in shown), key=lambda each: _weakness(each.line))
     listed = near[:MOST]
     heights = [PANEL] * len(chosen) + ([ROW * len(listed) + 0.9] if listed else [])
     left_out = len(result.lines) - len(shown)
@@ -72,7 +72,12 @@ def _strongest(result: CampbellResult, meshes: bool, top: float, count: int) -> 
     """The strongest orders of a kind that reach below the highest natural frequency, by order."""
     slowest = float(result.speeds[0]) / (2 * np.pi)
     mine = [line for line in result.lines if ("." in line.sources[0][0]) == meshes and float(line.order) * slowest < top]
-    return sorted(sorted(mine, key=lambda line: (-line.torque, line.order))[:count], key=lambda line: line.order)
+    return sorted(sorted(mine, key=_weakness)[:count], key=lambda line: line.order)
+
+
+def _weakness(line: OrderLine) -> tuple[float, float, float]:
+    """By this orders rank, the strongest first: what all sources of an order do together."""
+    return -line.vector_sum, -line.torque, float(line.order)
 
 
 def _detail(result: CampbellResult, margin: float, left_out: int, near: int) -> str:
@@ -81,8 +86,8 @@ def _detail(result: CampbellResult, margin: float, left_out: int, near: int) -> 
     rest = f" {left_out} orders that excite less, or lie higher, are left out." if left_out else ""
     met = f"{near or 'no'} critical speed{'s' * (near != 1)}"
     return (
-        f"{at}: {met} of the orders shown within {100 * margin:.3g} % of it. At each line: multiple of its source, and order per "
-        f"turn of the reference shaft.{rest}"
+        f"{at}: {met} of the orders shown within {100 * margin:.3g} % of it. At each line: order per turn of the reference "
+        f"shaft, and in brackets the multiple of its base.{rest}"
     )
 
 
@@ -107,11 +112,13 @@ def _diagram(
     for mode in modes:
         axes.plot(speeds, result.frequencies[:, mode], color=INK, linewidth=1.2, zorder=3)
     met = {each.mode for each in result.critical if each.line in lines}
-    starts = [float(result.frequencies[0, mode]) for mode in modes if len(modes) <= FEW or mode in met]
+    named = [mode for mode in modes if len(modes) <= FEW or mode in met]
+    starts = [float(result.frequencies[0, mode]) for mode in named]
+    names = [mode_name(mode, result.rigid) for mode in named]
     per_cm = top / (PANEL - 1.2)
-    for start, place in zip(starts, spread(starts, LETTER * per_cm, 0.02 * top, 0.98 * top), strict=True):
+    for name, start, place in zip(names, starts, spread(starts, LETTER * per_cm, 0.02 * top, 0.98 * top), strict=True):
         axes.annotate(
-            f"{start:.4g} Hz", (0, place), xycoords=("axes fraction", "data"), xytext=(1, 0), textcoords="offset points",
+            f"{name}: {start:.4g} Hz", (0, place), xycoords=("axes fraction", "data"), xytext=(1, 0), textcoords="offset points",
             va="center", fontsize=6.5, color=INK, zorder=7, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6},
         )  # fmt: skip
     for line in lines:
@@ -151,7 +158,7 @@ def _name_lines(
 
 
 def _name(line: OrderLine) -> str:
-    return f"{TIMES}{line.sources[0][1]} ({order_text(line.order)})"
+    return f"{order_text(line.order)} ({TIMES}{line.sources[0][1]})"
 
 
 def _list(axes: Axes, result: CampbellResult, listed: Sequence[CriticalSpeed], margin: float) -> None:
@@ -161,10 +168,10 @@ def _list(axes: Axes, result: CampbellResult, listed: Sequence[CriticalSpeed], m
     for row, each in enumerate(listed):
         rpm, left = each.speed * RPM, each.speed > middle
         axes.plot(rpm, row, marker="o", markersize=3.6, color=VERMILION, markeredgecolor=INK, markeredgewidth=0.6, zorder=5)
-        base, harmonic = each.line.sources[0]
         away = f" ({100 * each.margin:+.2g} %)".replace("-", MINUS) if each.margin else ""
+        met = f"mode {each.number}, {order_text(each.line.order, each.line.sources)}"
         axes.annotate(
-            f"{rpm:.4g} rpm{away}: {each.frequency:.4g} Hz, {source_text(base)} {TIMES}{harmonic}", (rpm, row),
+            f"{rpm:.4g} rpm{away}: {met}", (rpm, row),
             xytext=(-5 if left else 5, 0), textcoords="offset points", ha="right" if left else "left", va="center", fontsize=6.5,
             zorder=6, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.4},
         )  # fmt: skip

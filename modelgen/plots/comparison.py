@@ -9,10 +9,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from modelgen.analysis.measurements.compare import ChannelComparison, ComparisonResult
+from modelgen.analysis.measurements.compare import ChannelComparison, ComparisonResult, OrderDifference
 from modelgen.errors import CaseError
 from modelgen.plots.dispatch import plot
 from modelgen.plots.quantities import MINUS, Display, axis_label, definition, display, number, words
+from modelgen.plots.speed_axis import TIMES, order_text
 from modelgen.plots.style import BLUE, INK, SMALL, name_panel, sheet, styled
 
 MOST = 6
@@ -52,7 +53,9 @@ def plot_comparison(result: ComparisonResult, /, *, last: int | None = PERIODS) 
             _orders(row[1], channel, unit)
     grid[-1][0].set_xlabel(r"time $t$ of the simulation [s]")
     if orders:
-        grid[-1][1].set_xlabel(f"order [\N{MULTIPLICATION SIGN} {number(result.frequency)} Hz]")
+        told = any(order.per_turn is not None for channel in result.channels for order in channel.orders)
+        what = f"order [per turn of the reference]\n({TIMES} multiple of its base)" if told else "multiple of the base [-]"
+        grid[-1][1].set_xlabel(what)
     handles, labels = grid[0][0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=2)
     return figure
@@ -74,17 +77,22 @@ def _signals(axes: Axes, channel: ChannelComparison, unit: Display, first: float
 
 def _orders(axes: Axes, channel: ChannelComparison, unit: Display) -> None:
     """Amplitudes by order, with the difference in phase of the largest."""
-    orders = np.array([each.order for each in channel.orders])
-    places = np.arange(len(orders))
+    places = np.arange(len(channel.orders))
     measured, simulated = (unit(np.array([getattr(each, side) for each in channel.orders])) for side in ("measured", "simulated"))
     axes.bar(places - 0.2, measured, 0.36, color="white", hatch="//////", edgecolor=INK, linewidth=0.6, zorder=3)
     axes.bar(places + 0.2, simulated, 0.36, color=BLUE, edgecolor=INK, linewidth=0.6, zorder=3)
-    axes.set_xticks(places, [str(order) for order in orders], fontsize=SMALL if len(orders) <= 12 else 5.5)
+    axes.set_xticks(places, [_tick(each) for each in channel.orders], fontsize=SMALL if len(places) <= 8 else 5.5)
     axes.grid(axis="x", visible=False)
     axes.set_ylabel(f"amplitude [{unit.unit}]")
     note = ""
     clear = [each for each in channel.orders if each.phase_difference is not None]
     if clear:
         largest = max(clear, key=lambda each: each.measured)
-        note = f"phase of order {largest.order}: {np.degrees(largest.phase_difference or 0.0):+.1f}°".replace("-", MINUS)
+        note = f"phase of order {_tick(largest, ' ')}: {np.degrees(largest.phase_difference or 0.0):+.1f}°".replace("-", MINUS)
     name_panel(axes, "by order", note or " ")
+
+
+def _tick(order: OrderDifference, between: str = "\n") -> str:
+    """An order per turn of the reference shaft, and in brackets its multiple of the base."""
+    multiple = f"{TIMES}{order.order}"
+    return multiple if order.per_turn is None else f"{order_text(order.per_turn)}{between}({multiple})"

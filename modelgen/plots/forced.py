@@ -18,7 +18,7 @@ from modelgen.analysis.linear.forced import ForcedResult
 from modelgen.errors import CaseError
 from modelgen.plots.dispatch import plot
 from modelgen.plots.quantities import axis_label, definition, display, number, quantity_text, words
-from modelgen.plots.speed_axis import RPM, line_of, order_text, set_speed, source_text, spread
+from modelgen.plots.speed_axis import RPM, TIMES, line_of, order_text, set_speed, source_text, spread
 from modelgen.plots.style import INK, SMALL, TEXT, VERMILION, filled, panels, sheet, styled
 from modelgen.units import read_quantity
 
@@ -72,7 +72,7 @@ def plot_forced(
         axes.set_title(title, fontsize=TEXT, fontweight="bold", color=INK, pad=16 if critical is not None and not single else 4)
     figure.align_ylabels(rows)
     if single:
-        rows[-1].set_xlabel("order [per turn of the reference shaft]")
+        rows[-1].set_xlabel(f"order [per turn of the reference shaft] ({TIMES} multiple of its base)")
     else:
         set_speed(rows[-1], result.speeds)
     return figure
@@ -115,8 +115,12 @@ def _detail(result: ForcedResult, count: int, exact: bool) -> str:
     )
 
 
+def _tick(result: ForcedResult, k: int) -> str:
+    return f"{order_text(result.orders[k])}\n({', '.join(f'{TIMES}{multiple}' for _, multiple in result.sources(k))})"
+
+
 def _order(result: ForcedResult, k: int) -> str:
-    return f"{order_text(result.orders[k])} {', '.join(map(source_text, result.bases[k]))}"
+    return order_text(result.orders[k], result.sources(k))
 
 
 def _curves(axes: Axes, result: ForcedResult, name: str, strongest: Sequence[int], limit: float | None) -> None:
@@ -150,7 +154,7 @@ def _bars(axes: Axes, result: ForcedResult, name: str, strongest: Sequence[int],
     for index, height in enumerate(heights):
         axes.annotate(number(float(shown(height)), 3), (index, shown(height)), xytext=(0, 1.5), textcoords="offset points",
                       ha="center", fontsize=size)  # fmt: skip
-    axes.set_xticks(range(len(heights)), [*(order_text(result.orders[k]) for k in strongest), "all"], fontsize=size)
+    axes.set_xticks(range(len(heights)), [*(_tick(result, k) for k in strongest), "all"], fontsize=size)
     _limit(axes, limit, whole, result.unit(name), shown.factor)
     axes.margins(y=0.12)
     axes.grid(axis="x", visible=False)
@@ -177,7 +181,7 @@ def _critical(axes: Axes, result: ForcedResult, strongest: Sequence[int], critic
     place = {result.orders[k]: index for index, k in enumerate(strongest)}
     low, high = float(result.speeds[0]), float(result.speeds[-1])
     own = [each for each in critical.critical if each.line.order in place and low <= each.speed <= high]
-    own = sorted(own, key=lambda each: -each.line.torque)[:9]
+    own = sorted(own, key=lambda each: (-each.line.vector_sum, -each.line.torque))[:9]
     gap = (high - low) * RPM / 12.5
     labels = spread([each.speed * RPM for each in own], gap, low * RPM + gap / 3, high * RPM - gap / 3)
     for each, label in zip(own, labels, strict=True):

@@ -33,7 +33,8 @@ def plot_frequency_sweep(result: FrequencySweepResult, /) -> Figure:
     across = display("Hz", result.forward[-1].frequency)
     for k, name in enumerate(result.channels):
         axes = every[k]
-        largest = max(point.rms[k] for way, _, _ in WAYS for point in getattr(result, way))
+        sizes = [point.rms[k] for way, _, _ in WAYS for point in getattr(result, way) if not point.failure]
+        largest = max(sizes, default=0.0) or 1.0
         shown = display(result.units[k], largest)
         for way, label, look in WAYS:
             _branch(axes, result, way, k, across, shown, look, label)
@@ -77,6 +78,10 @@ def _branch(
     path = np.array(sorted(line, key=lambda place: place[0]))
     axes.plot(path[:, 0], path[:, 1], color=look["color"], linestyle=look["linestyle"], linewidth=0.9, label=label, zorder=3)
     axes.plot(x[still], y[still], color=look["color"], marker=look["marker"], markersize=2.6, linestyle="none", zorder=4)
+    failed = np.array([bool(point.failure) for point in points])
+    foot: dict[str, Any] = {"transform": axes.get_xaxis_transform(), "clip_on": False, "zorder": 5}
+    if failed.any():
+        axes.plot(x[failed], np.full(int(failed.sum()), 0.03), color=VERMILION, marker="x", markersize=4, ls="none", **foot)
     axes.plot(x[~still], y[~still], marker=look["marker"], markersize=3.4, color="white", markeredgecolor=look["color"],
               markeredgewidth=0.6, linestyle="none", zorder=4)  # fmt: skip
 
@@ -105,6 +110,9 @@ def _changes(axes: Axes, result: FrequencySweepResult, across: Any, shown: Any) 
 def _detail(result: FrequencySweepResult) -> str:
     loose = sum(not point.settled for way, _, _ in WAYS for point in getattr(result, way))
     said = f" {loose} points did not come to stand still (open)." if loose else ""
+    if failed := result.failed:
+        why = failed[0].failure
+        said += f" {len(failed)} runs failed (crosses at the foot), the first at {failed[0].frequency:.6g} Hz: {why}."
     return (
         f"{len(result.forward)} mesh frequencies; every point starts from the last state of its neighbor. Arrows: jumps, closed "
         f"in on along their branch; dotted: flanks begin or cease to part on the way up.{said}"

@@ -81,7 +81,8 @@ def _panel(
         shown = display("rad", 1.0)
         mesh_of = axes.pcolormesh(x, y, shown(result.peak_angle), cmap=colormaps["viridis"], **draw)
         _bar(figure, axes, mesh_of, f"peak [{shown.unit}]")
-        if limit is not None and np.nanmin(result.peak_angle) < limit < np.nanmax(result.peak_angle):
+        known = result.peak_angle[~np.isnan(result.peak_angle)]
+        if limit is not None and known.size and known.min() < limit < known.max():
             axes.contour(x, y, result.peak_angle, levels=[limit], colors=[VERMILION], linewidths=1.2)
         name_panel(axes, "largest vibration angle, 0-peak")
     elif kind == "rattle":
@@ -99,8 +100,9 @@ def _panel(
         name_panel(axes, f"{words(mesh)}: off the driving flank")
     else:
         force = result.least_force[mesh]
-        shown = display("N", float(np.nanmax(np.abs(force))))
-        low, high = float(np.nanmin(shown(force))), float(np.nanmax(shown(force)))
+        known = force[~np.isnan(force)] if np.any(~np.isnan(force)) else np.zeros(1)
+        shown = display("N", float(np.abs(known).max()))
+        low, high = float(shown(known.min())), float(shown(known.max()))
         scale = TwoSlopeNorm(0.0, min(low, -1e-9), max(high, 1e-9))
         mesh_of = axes.pcolormesh(x, y, shown(force), cmap=colormaps["RdBu"], norm=scale, **draw)
         _bar(figure, axes, mesh_of, f"least force [{shown.unit}]")
@@ -129,7 +131,10 @@ def _legend() -> list[Patch]:
 
 def _detail(result: MapResult, limit: float | None) -> str:
     cells = result.peak_angle.size
-    said = f" {len(result.failures)} cells could not be run (crossed out)." if result.failures else ""
+    said = ""
+    if result.failures:
+        first = next(iter(result.failures.values()))
+        said = f" {len(result.failures)} cells could not be run (crossed out), the first: {first}."
     unsettled = int(np.sum(~result.settled)) - len(result.failures)
     if unsettled > 0:
         said += f" {unsettled} cells did not have the time to settle."

@@ -21,7 +21,7 @@ from modelgen.model import Driveline
 from modelgen.plots.dispatch import plot
 from modelgen.plots.glyphs import BRONZE
 from modelgen.plots.layout import layout
-from modelgen.plots.quantities import words
+from modelgen.plots.quantities import number, words
 from modelgen.plots.style import BLUE, FAINT, GRAY, SMALL, name_panel, panels, sheet, styled
 
 Array = NDArray[np.float64]
@@ -30,10 +30,10 @@ COLUMNS = 2
 
 @dataclass(frozen=True)
 class _Train:
-    """Stations from left to right: name and group of each, and the pairs of stations that shafts and gears join."""
+    """Stations from left to right: name of each, its row in the result, and the pairs of stations that shafts and gears join."""
 
     names: tuple[str, ...]
-    groups: tuple[int, ...]
+    nodes: tuple[int, ...]
     shafts: tuple[tuple[int, int], ...]
     gears: tuple[tuple[int, int], ...]
 
@@ -51,26 +51,25 @@ def plot_modes(result: ModalResult, /, *, driveline: Driveline | Equations | Non
     if vibrating < 1 or count < 1:
         raise CaseError(where, f"{count} of {vibrating} vibrating modes are to be drawn", "there must be at least one")
     train = _plain_train(result) if driveline is None else _train(driveline)
-    if not set(train.names) >= set(result.names) or max(train.groups) >= len(result.names):
+    if tuple(name for _, name in sorted(zip(train.nodes, train.names, strict=True))) != result.names:
         raise CaseError(where, "the driveline given has other parts", "give the driveline whose modes these are")
     shown = range(result.rigid, result.rigid + min(count, vibrating))
     detail = (
         "Angles referred to the reference shaft (physical / r), largest 1; about the operating point with mean mesh stiffness. "
-        "f: undamped natural frequency, ζ: damping ratio. Solid: shafts; dashed: gear pairs; bands: lines of one speed ratio r."
+        "f: undamped natural frequency, ζ: damping ratio; overdamped: its two rates of decay. "
+        "Solid: shafts; dashed: gear pairs; bands: lines of one speed ratio r."
     )
     rows = -(-len(shown) // COLUMNS)
     columns = min(COLUMNS, len(shown))
     figure = sheet(result.model, "mode shapes", detail, height=2.2 + 3.5 * rows)
     grid = panels(figure, rows, columns, share_y=True)
     spots = [axes for row in grid for axes in row]
-    ratios = _damping(result)
-    for number, (mode, axes) in enumerate(zip(shown, spots, strict=False), 1):
+    for place, (mode, axes) in enumerate(zip(shown, spots, strict=False), 1):
         shape = result.referred[:, mode]
         _shape(axes, train, shape / shape[np.abs(shape).argmax()])
-        _bands(axes, train, result.ratio, with_text=number <= columns)
-        zeta = ratios.get(mode)
-        damping = "" if zeta is None else f", ζ = {100 * zeta:.2g} %"
-        name_panel(axes, f"mode {number}: f = {result.frequencies[mode]:.4g} Hz{damping}", " " if number <= columns else "")
+        _bands(axes, train, result.ratio, with_text=place <= columns)
+        title = f"{result.name(mode)}: f = {result.frequencies[mode]:.4g} Hz, {_damping(result, mode)}"
+        name_panel(axes, title, " " if place <= columns else "")
         axes.set(ylim=(-1.15, 1.15), xlim=(-0.7, len(train.names) - 0.3))
     for axes in spots[len(shown) :]:
         axes.set_axis_off()
@@ -89,8 +88,7 @@ def _train(driveline: Driveline | Equations) -> _Train:
     for joint in places.joints:
         joined[joint.kind].append((station[joint.first], station[joint.second]))
     names = tuple(equations.nodes[node].name for node in order)
-    groups = tuple(order)
-    return _Train(names, groups, tuple(joined["shaft"]), tuple(joined["gear"]))
+    return _Train(names, tuple(order), tuple(joined["shaft"]), tuple(joined["gear"]))
 
 
 def _plain_train(result: ModalResult) -> _Train:
@@ -102,7 +100,7 @@ def _plain_train(result: ModalResult) -> _Train:
 
 
 def _shape(axes: Axes, train: _Train, shape: Array) -> None:
-    height = shape[list(train.groups)]
+    height = shape[list(train.nodes)]
     axes.axhline(0.0, color=GRAY, linewidth=0.6, zorder=1)
     for a, b in train.gears:
         axes.plot([a, b], height[[a, b]], color=BRONZE, linewidth=0.9, linestyle=(0, (3, 2)), zorder=2)
@@ -114,7 +112,7 @@ def _shape(axes: Axes, train: _Train, shape: Array) -> None:
 
 def _bands(axes: Axes, train: _Train, ratio: Array, with_text: bool) -> None:
     start = 0
-    for index, (value, group) in enumerate(groupby(round(float(ratio[each]), 9) for each in train.groups)):
+    for index, (value, group) in enumerate(groupby(round(float(ratio[each]), 9) for each in train.nodes)):
         end = start + len(list(group))
         if index % 2:
             axes.axvspan(start - 0.5, end - 0.5, color=FAINT, zorder=0, linewidth=0)
@@ -134,13 +132,9 @@ def _name_stations(grid: list[list[Axes]], shown: int, train: _Train) -> None:
         used[-1].tick_params(axis="x", labelbottom=True)
 
 
-def _damping(result: ModalResult) -> dict[int, float]:
-    """Damping ratio by mode: damped pairs, by the size of their eigenvalue, in the order of the undamped modes.
-
-    Empty where an overdamped mode leaves fewer pairs than modes, because then they cannot be matched by order.
-    """
-    if len(result.damping_ratios) != len(result.frequencies) - result.rigid:
-        return {}
-    size = result.damped_frequencies / np.sqrt(np.maximum(1 - result.damping_ratios**2, 1e-300))
-    order = np.argsort(size, kind="stable")
-    return {result.rigid + index: float(result.damping_ratios[pair]) for index, pair in enumerate(order)}
+def _damping(result: ModalResult, mode: int) -> str:
+    own = result.damped(mode)
+    if own is None or own.ratio is None:
+        slow, fast = (number(rate, 3) for rate in (own.rates if own and own.rates else (0.0, 0.0)))
+        return f"overdamped, {slow} and {fast} 1/s"
+    return f"ζ = {100 * own.ratio:.2g} %"

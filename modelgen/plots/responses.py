@@ -13,7 +13,6 @@ from matplotlib.figure import Figure
 
 from modelgen.analysis import Window
 from modelgen.errors import CaseError
-from modelgen.plots.angles import LIMIT
 from modelgen.plots.quantities import DEGREES, number, words
 from modelgen.plots.style import BLUE, GRAY, VERMILION, mark_value, name_panel, panels, sheet, styled
 from modelgen.plots.time_axis import part_of, set_time
@@ -23,7 +22,7 @@ from modelgen.solvers.crosscheck import without_line
 
 @styled
 def responses(
-    solution: Solution, window: Window, names: Sequence[str], *, last: int | None = 2, limit: float | None = LIMIT
+    solution: Solution, window: Window, names: Sequence[str], *, last: int | None = 2, limit: float | None = None
 ) -> Figure:
     """Vibration angle of each named inertia over the window, or over its ``last`` revolutions; ``limit`` [degrees] as lines.
 

@@ -32,7 +32,8 @@ def plot_section(result: SectionResult, /, *, verdict: Verdict | None = None) ->
     ``verdict``: the classification, said below the heading. Raises CaseError for a result without points or channels.
     """
     if not result.channels or not len(result.times):
-        raise CaseError(f"section of {result.model!r}", "holds no points", "give a run that passes its transient")
+        why = f"holds no points: {result.failure}" if result.failure else "holds no points"
+        raise CaseError(f"section of {result.model!r}", why, "give a run that passes its transient")
     count = len(result.channels)
     columns = min(2, count)
     rows = -(-count // columns)
@@ -97,4 +98,5 @@ def _detail(result: SectionResult, verdict: Verdict | None) -> str:
     said = f" Verdict: {verdict.name}." if verdict is not None else ""
     if verdict is not None and verdict.conservative:
         said += " Without damping: the motion from this start, no attractor."
-    return f"{f'{given}. ' if given else ''}Strobe: {result.section}; {waited}; {found}.{said}"
+    failed = f" The run failed: {result.failure}." if result.failure else ""
+    return f"{f'{given}. ' if given else ''}Strobe: {result.section}; {waited}; {found}.{said}{failed}"

@@ -52,7 +52,7 @@ def plot_sensitivities(result: SensitivityResult, /, *, modes: int = 6, count: i
         room = 0.42 * (most - least) or 1.0  # for the numbers at the ends
         axes.set_xlim(least - room * (1.0 if least < 0 else 0.1), most + room * (1.0 if most > 0 else 0.1))
         _rows(axes, [words(name).replace(".", ", ") for name, _ in largest[mode]], count)
-        name_panel(axes, f"{result.frequencies[mode]:.4g} Hz{' (repeated)' if mode in shared else ''}")
+        name_panel(axes, f"{result.name(mode)}: {result.frequencies[mode]:.4g} Hz{' (repeated)' if mode in shared else ''}")
     _name_columns(spots, len(shown), "relative sensitivity [-]")
     return figure
 
@@ -84,7 +84,7 @@ def energy_shares(result: ModalResult, /, *, modes: int = 6, count: int = 6) -> 
                           fontsize=SMALL)  # fmt: skip
         axes.set_xlim(0, 1.3 * max(size.max(), 1e-9))
         _rows(axes, [words(result.elements[k]) for k in order], count)
-        name_panel(axes, f"{result.frequencies[mode]:.4g} Hz")
+        name_panel(axes, f"{result.name(mode)}: {result.frequencies[mode]:.4g} Hz")
     _name_columns(spots, len(shown), "share of the energy [%]")
     handles, labels = spots[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=2)

@@ -5,7 +5,7 @@ Used by ``campbell``, ``forced``, ``damper_power`` and ``hammer``.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from math import pi
 from typing import Any
@@ -14,11 +14,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from modelgen.analysis.linear.orders import order_name, order_number
 from modelgen.plots.quantities import words
 from modelgen.plots.style import BLUE, GRAY, GREEN, ORANGE, PURPLE, SKY
 
 Array = NDArray[np.float64]
 RPM = 30 / pi
+TIMES = "\N{MULTIPLICATION SIGN}"
+DIGITS = 4  # of an order in a figure
 BROWN = "#8A5A00"
 LINES: tuple[tuple[str, Any], ...] = (
     (BLUE, "-"), (GREEN, (0, (5, 1.5))), (BROWN, (0, (5, 1.5, 1, 1.5))), (PURPLE, (0, (1.5, 1))), (ORANGE, (0, (9, 2))),
@@ -39,13 +42,17 @@ def line_of(index: int) -> tuple[str, Any]:
     return LINES[index % len(LINES)]
 
 
-def order_text(order: Fraction) -> str:
-    """An order per turn of the reference shaft.
+def order_text(order: Fraction | float, sources: Iterable[tuple[str, int]] | None = None) -> str:
+    """An order per turn of the reference shaft; with its ``sources`` in brackets.
 
     >>> order_text(Fraction(3, 2)), order_text(Fraction(221, 2484))
-    ('1.5', '0.089')
+    ('1.5', '0.08897')
+    >>> order_text(Fraction(3), [("engine_half_order", 6)])
+    'order 3 (engine half order × 6)'
     """
-    return f"{float(order):.3g}"
+    if sources is None:
+        return order_number(order, DIGITS)
+    return order_name(order, sources, source_text, TIMES, DIGITS)
 
 
 def source_text(base: str) -> str:

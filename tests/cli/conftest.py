@@ -24,6 +24,9 @@ balance = ["load"]
 shaft = "motor"
 order = 2
 
+[[limits]]
+rule = "syt_5211_angle"
+
 [parameters]
 zeta = 0.2
 xi = 0.1

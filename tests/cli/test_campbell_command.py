@@ -20,7 +20,7 @@ def out(invoke: Invoke, two_disks: Path, tmp_path_factory: pytest.TempPathFactor
     folder = tmp_path_factory.mktemp("campbell") / "out"
     result = invoke("campbell", two_disks, "--out", folder, "--speeds", "600 rpm", "2400 rpm", "--count", "5")
     assert result.exit_code == 0, result.output
-    assert "1006.58 rpm    -16.1%  mode 2 (100.7 Hz), order 6 (firing x 2)" in result.stdout
+    assert "1006.58 rpm    -16.1%  mode 1 (100.7 Hz), order 6 (firing x 2)" in result.stdout
     return folder
 
 
@@ -31,15 +31,15 @@ def test_the_files(out: Path) -> None:
 def test_natural_frequencies_by_speed(out: Path) -> None:
     found = rows(out / "campbell.csv")
     assert [float(row["speed [rpm]"]) for row in found] == pytest.approx([600, 1050, 1500, 1950, 2400])
-    assert {row["mode 1 [Hz]"] for row in found} == {"0"}
-    assert [float(row["mode 2 [Hz]"]) for row in found] == pytest.approx([FREQUENCY] * 5)
+    assert {row["rigid [Hz]"] for row in found} == {"0"}
+    assert [float(row["mode 1 [Hz]"]) for row in found] == pytest.approx([FREQUENCY] * 5)
 
 
 def test_critical_speeds_with_their_margins(out: Path) -> None:
     near, far = rows(out / "critical_speeds.csv")
     assert float(near["critical speed [rpm]"]) == pytest.approx(CRITICAL)
     assert float(near["margin [percent]"]) == pytest.approx(100 * (CRITICAL / 1200 - 1))
-    assert (near["mode"], near["exact order"], near["sources"]) == ("2", "6", "firing x 2")
+    assert (near["mode"], near["exact order"], near["sources"]) == ("1", "6", "firing x 2")
     assert float(near["harmonic torque [N*m]"]) == pytest.approx(10)
     assert float(far["critical speed [rpm]"]) == pytest.approx(2 * CRITICAL)
 
@@ -48,6 +48,7 @@ def test_the_summary(out: Path) -> None:
     data = json.loads((out / "campbell.json").read_text(encoding="utf-8"))
     assert data["operating_rpm"] == pytest.approx([1200, 1200])
     assert [order["order_per_turn"] for order in data["orders"]] == [3, 6]
+    assert [each["mode"] for each in data["critical_speeds"]] == [1, 1]
     assert [each["speed_rpm"] for each in data["critical_speeds"]] == pytest.approx([CRITICAL, 2 * CRITICAL])
 
 

@@ -36,11 +36,14 @@ def test_a_recording_is_laid_over_a_run(invoke: Invoke, two_disks: Path, recordi
     assert "correlation 1.0000" in result.stdout
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"comparison.csv", "comparison.json", "comparison.png"}
     found = {row["what"]: row for row in rows(tmp_path / "out" / "comparison.csv")}
-    for what in ("peak", "half_pp", "order 1", "order 2"):
+    for what in ("peak", "half_pp", "order 3 (firing x 1)", "order 6 (firing x 2)"):
         assert float(found[what]["simulated [unit]"]) * 1.1 == pytest.approx(float(found[what]["measured [unit]"]), rel=5e-3)
-    assert float(found["order 1"]["frequency [Hz]"]) == pytest.approx(60)
-    assert float(found["order 1"]["phase difference [deg]"]) == pytest.approx(0, abs=0.1)
+    assert float(found["order 3 (firing x 1)"]["frequency [Hz]"]) == pytest.approx(60)
+    assert float(found["order 3 (firing x 1)"]["phase difference [deg]"]) == pytest.approx(0, abs=0.1)
     data = json.loads((tmp_path / "out" / "comparison.json").read_text(encoding="utf-8"))
+    first = data["channels"]["shaft.torque [N*m]"]["orders"][0]
+    assert (first["order"], first["order_per_turn"], first["name"]) == (1, 3.0, "order 3 (firing x 1)")
+    assert "  order 3 (firing x 1) " in result.stdout
     assert data["channels"]["shaft.torque [N*m]"]["correlation_coefficient"] == pytest.approx(1, abs=1e-5)
 
 

@@ -51,7 +51,7 @@ def test_every_row_is_judged_as_it_should(out: Path) -> None:
     assert (angle["unit"], angle["verdict"], angle["verified"], angle["limit [unit]"]) == ("deg", "pass", "no", "0.5")
     assert float(angle["margin [percent]"]) == pytest.approx(100 * (1 - float(angle["value [unit]"]) / 0.5))
     (separation,) = [row for (rule, _), row in found.items() if rule == "api_617_separation"]
-    assert separation["element"] == "mode 2 (100.7 Hz) / firing x 2"
+    assert separation["element"] == "mode 1 (100.7 Hz) / order 6 (firing x 2)"
     assert float(separation["value [unit]"]) == pytest.approx(100 * (1 - FREQUENCY / 120))
     assert separation["verdict"] == "pass"
     stress, coupling = found["mil_std_167_2_steel", "shaft"], found["coupling_vibratory_torque", "shaft"]
@@ -75,7 +75,7 @@ def test_settled_angles_are_the_default(invoke: Invoke, two_disks: Path, out: Pa
     found = []
     for name, options in (("settled", ()), ("linear", ("--response", "forced"))):
         damped = ("--set", "shaft.damping_coefficient=80 N*m*s/rad")
-        result = invoke("limits", two_disks, "--out", tmp_path / name, *options, *damped)
+        result = invoke("limits", two_disks, "--out", tmp_path / name, "--rule", "syt_5211_angle", *options, *damped)
         assert result.exit_code == 0, result.output
         assert ("simulate" in result.stderr) == (name == "settled")
         found.append([row for row in rows(tmp_path / name / "limits.csv") if row["quantity"] == "vibration_angle"])
@@ -93,6 +93,64 @@ def test_a_rule_for_nothing_but_separation_needs_no_run(invoke: Invoke, two_disk
     assert "simulate" not in result.stderr
     (row,) = rows(tmp_path / "out" / "limits.csv")
     assert (row["verdict"], row["value [unit]"]) == ("fail", "0")  # order 6 runs through the mode
+
+
+SHIP = "kr_propulsion_shaft_continuous shaft tensile_strength='600 MPa' shape_factor=integral_flange"
+
+
+def test_speed_ratio_and_diameter_come_from_the_model_and_the_command(invoke: Invoke, two_disks: Path, tmp_path: Path) -> None:
+    """Korean Register 2025, Part 5, Ch. 4, 202.1(1), at lambda = 1020/1200 of a shaft of 80 mm, and of 120 mm."""
+    for diameter, options in ((80.0, ()), (120.0, ("--diameter", "shaft=120 mm"))):
+        out = tmp_path / f"{diameter:g}"
+        result = invoke(
+            "limits", two_disks, "--out", out, "--response", "forced", "--rule", SHIP, "--speed", "1020 rpm", *options
+        )
+        assert result.exit_code == 0, result.output
+        (row,) = rows(out / "limits.csv")
+        expected = 760 / 18 * (0.35 + 0.93 * diameter**-0.2) * (3 - 2 * 0.85**2)
+        assert float(row["limit [unit]"]) == pytest.approx(expected, rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("rule", "words"),
+    [
+        (SHIP.replace("600", "750"), "tensile_strength: is 750 MPa, the rule's text goes up to 600 MPa for carbon steel"),
+        (SHIP.replace("600", "750").replace("integral_flange", "propeller_shaft") + " steel=low_alloy", "600 MPa for propeller"),
+        (SHIP + " speed_ratio=0.5", "speed_ratio: is given as 0.5, and the values that are judged belong to 1"),
+        (SHIP + " diameter='300 mm'", "diameter: is given as 300 mm, and the values that are judged belong to 80 mm"),
+        ("kr_major_critical_propulsion", "needs cylinders"),
+        ("iacs_m68 shaft tensile='600 MPa'", "rule 'iacs_m68': has no input 'tensile'; nearest is 'tensile_strength'"),
+    ],
+)
+def test_a_rule_is_refused_beyond_its_own_text(invoke: Invoke, two_disks: Path, tmp_path: Path, rule: str, words: str) -> None:
+    options = ("--response", "forced", "--rule", rule)
+    assert words in refused(invoke("limits", two_disks, "--out", tmp_path / "out", *options), 2)
+
+
+def test_major_critical_speeds_of_the_one_node_mode_only(invoke: Invoke, two_disks: Path, tmp_path: Path) -> None:
+    options = ("--rule", "kr_major_critical_propulsion cylinders=6", "--operating", "600 rpm", "1200 rpm")
+    result = invoke("limits", two_disks, "--out", tmp_path / "out", *options)
+    assert result.exit_code == 0, result.output
+    found = rows(tmp_path / "out" / "limits.csv")
+    assert [row["element"] for row in found] == [
+        f"mode 1 (100.7 Hz) / {name}" for name in ("order 3 (firing x 1)", "order 6 (firing x 2)")
+    ]
+    assert float(found[1]["value [unit]"]) == pytest.approx(FREQUENCY / (6 * 20))
+    assert "judged for modes with 1 node and orders 6 and 3 only" in result.stdout
+
+
+def test_a_model_chooses_its_own_rules(invoke: Invoke, two_disks: Path, tmp_path: Path) -> None:
+    chosen = '[[limits]]\nrule = "mil_std_167_2_steel"\nelements = ["shaft"]\ninputs = { tensile_strength = "600 MPa" }\n'
+    model = tmp_path / "chosen.toml"
+    model.write_text(two_disks.read_text(encoding="utf-8") + chosen, encoding="utf-8")
+    assert invoke("limits", model, "--out", tmp_path / "out", "--response", "forced").exit_code == 0
+    (row,) = rows(tmp_path / "out" / "limits.csv")
+    assert (row["rule"], row["element"], row["limit [unit]"]) == ("mil_std_167_2_steel", "shaft", "24")
+    model.write_text(model.read_text(encoding="utf-8").replace("mil_std_167_2_steel", "mil_std_steel"), encoding="utf-8")
+    for command in (("check",), ("limits", "--out", tmp_path / "no"), ("run", "--out", tmp_path / "no")):
+        result = invoke(command[0], model, *command[1:])
+        assert "rule 'mil_std_steel': is unknown; nearest is 'mil_std_167_2_steel'" in result.stderr
+        assert result.exit_code in (1, 2)
 
 
 def test_the_rules_are_listed(invoke: Invoke) -> None:
@@ -113,8 +171,9 @@ def test_the_rules_are_listed(invoke: Invoke) -> None:
         (("--rule", MIL.replace("shaft", "shaff")), "there is no shaff.vibratory_stress"),
         (("--rule", "mil_std_167_2_steel 'shaft"), "has a quotation mark without its partner"),
         (("--rule", ""), "modelgen limits --list names them"),
+        ((), "driveline 'two-disks': chooses no rule to be held against; name one with --rule"),
         (("--operating", "900 rpm", "800 rpm"), "give two positive speeds"),
-        (("--set", "shaking.scale=0"), "does not vibrate, nothing excites it"),
+        (("--rule", "syt_5211_angle", "--set", "shaking.scale=0"), "does not vibrate, nothing excites it"),
     ],
 )
 def test_a_wrong_option(invoke: Invoke, two_disks: Path, tmp_path: Path, options: tuple[str, ...], words: str) -> None:

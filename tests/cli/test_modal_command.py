@@ -25,7 +25,7 @@ def out(invoke: Invoke, two_disks: Path, tmp_path_factory: pytest.TempPathFactor
     folder = tmp_path_factory.mktemp("modal") / "out"
     result = invoke("modal", two_disks, "--out", folder)
     assert result.exit_code == 0, result.output
-    assert ["2", "100.658", "100.636", "0.02108", "load", "75%", "shaft", "100%"] in [
+    assert ["1", "100.658", f"{60 * FREQUENCY:.2f}", "100.636", "0.02108", "1", "load", "75%", "shaft", "100%"] in [
         line.split() for line in result.stdout.splitlines()
     ]
     return folder
@@ -63,7 +63,7 @@ def test_referred_shapes_are_divided_by_the_speed_ratio(invoke: Invoke, small: P
 
 
 def test_energy_shares_sum_to_one(out: Path) -> None:
-    for mode, potential in (("1", 0), ("2", 1)):
+    for mode, potential in (("rigid", 0), ("1", 1)):
         own = [row for row in rows(out / "energy.csv") if row["mode"] == mode]
         assert sum(float(row["kinetic share [1]"]) for row in own) == pytest.approx(1)
         assert sum(float(row["potential share [1]"]) for row in own) == pytest.approx(potential)
@@ -86,6 +86,8 @@ def test_the_summary(out: Path) -> None:
     assert mode["undamped_hz"] == pytest.approx(FREQUENCY)
     assert mode["kinetic_energy_shares"] == pytest.approx({"engine": 0.25, "load": 0.75, "shaft": 0})
     assert mode["largest_relative_sensitivities"]["shaft.stiffness"] == pytest.approx(0.5)
+    assert [each["mode"] for each in data["modes"]] == [None, 1]
+    assert (mode["undamped_vibrations_per_min"], mode["nodes"]) == (pytest.approx(60 * FREQUENCY), 1)
     assert data["damped_modes"][0]["damped_hz"] == mode["damped_hz"]
 
 
@@ -96,10 +98,19 @@ def test_a_lone_disk_has_no_figures(invoke: Invoke, tmp_path: Path) -> None:
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"modal.csv", "energy.csv", "sensitivities.csv", "modal.json"}
 
 
-def test_overdamped_modes_leave_the_cells_empty(invoke: Invoke, two_disks: Path, tmp_path: Path) -> None:
+def test_an_overdamped_mode_is_told_by_its_two_rates(invoke: Invoke, two_disks: Path, tmp_path: Path) -> None:
     heavy = ("--set", "shaft.damping_coefficient=1000 N*m*s/rad")
-    assert invoke("modal", two_disks, "--out", tmp_path / "out", *heavy).exit_code == 0
-    assert rows(tmp_path / "out" / "modal.csv")[1]["damped [Hz]"] == ""
+    result = invoke("modal", two_disks, "--out", tmp_path / "out", *heavy)
+    assert result.exit_code == 0
+    decay, omega = 1000 / (2 * 0.75), 2 * math.pi * FREQUENCY
+    rates = [decay - math.sqrt(decay**2 - omega**2), decay + math.sqrt(decay**2 - omega**2)]
+    assert f"mode 1 does not oscillate: it decays with the two rates {rates[0]:.6g} and {rates[1]:.6g} 1/s" in result.stdout
+    mode = rows(tmp_path / "out" / "modal.csv")[1]
+    assert mode["damped [Hz]"] == ""
+    assert [float(mode["slow rate [1/s]"]), float(mode["fast rate [1/s]"])] == pytest.approx(rates)
+    told = json.loads((tmp_path / "out" / "modal.json").read_text(encoding="utf-8"))["modes"][1]
+    assert [told["slow_rate_per_s"], told["fast_rate_per_s"]] == pytest.approx(rates)
+    assert told["damping_ratio"] is None
 
 
 def test_a_wrong_request(invoke: Invoke, two_disks: Path, tmp_path: Path) -> None:

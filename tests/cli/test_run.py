@@ -47,7 +47,7 @@ def test_the_folder_holds_everything_and_nothing_else(folder: Path) -> None:
 def test_the_summary_has_its_keys(summary: dict[str, Any]) -> None:
     assert list(summary) == [
         *("model", "natural_frequencies_hz", "angles_deg", "twist_half_pp_deg", "mesh", "window_s", "damping", "limit"),
-        *("crosscheck", "wall_s"),
+        *("limits", "crosscheck", "wall_s"),
     ]
     assert summary["model"] == "small"
     assert list(summary["angles_deg"]) == ["motor", "pinion", "fan"]
@@ -106,6 +106,40 @@ def test_the_limit_is_held_against_the_largest_angle(summary: dict[str, Any]) ->
     assert limit["value_deg"] == pytest.approx(max(each["vibration_peak"] for each in angles.values()), rel=1e-12)
     assert limit["value_deg"] == pytest.approx(angles[limit["element"]]["vibration_peak"], rel=1e-12)
     assert limit["ok"] is (limit["value_deg"] <= 0.5)
+    assert [(row["rule"], row["element"]) for row in summary["limits"]] == [("syt_5211_angle", name) for name in angles]
+
+
+def test_without_a_chosen_rule_no_limit_is_named(invoke: Invoke, two_disks: Path, tmp_path: Path) -> None:
+    options = ("--window", "0.5 s", "0.6 s", "--crosscheck", "none")
+    result = invoke("run", two_disks, "--out", tmp_path / "out", *options)
+    assert result.exit_code == 0, result.output
+    report = (tmp_path / "out" / "report.md").read_text(encoding="utf-8")
+    found = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
+    assert (found["limit"], found["limits"]) == (None, [])
+    assert re.search(r"Largest vibration angle: [0-9.]+° at `(engine|load)`\*\* \(0-peak, physical\)\n", report)
+    assert not re.search(r"\blimit|0\.5°|5211", report)
+    assert not re.search(r"within|above 0", result.stdout)
+
+
+def test_the_modes_of_the_report_have_their_own_damping(invoke: Invoke, tmp_path: Path) -> None:
+    """Two disks on shafts to a heavy one: 10.0 Hz hardly damped, 11.0 Hz by 0.6, so that its damped frequency is the lower."""
+    disks = "".join(f'[elements.{n}]\nkind = "inertia"\ninertia = "{j} kg*m^2"\n' for n, j in (("a", 1), ("b", 1000), ("c", 1)))
+    shafts = "".join(
+        f'[elements.s{n}]\nkind = "shaft"\na = "{n}"\nb = "b"\nstiffness = "{k} N*m/rad"\ndamping = "value"\n'
+        f'damping_coefficient = "{c} N*m*s/rad"\n'
+        for n, k, c in (("a", 3948, 0.01), ("c", 4777, 82.9))
+    )
+    (tmp_path / "pair.toml").write_text(f'format = 1\nname = "pair"\n{disks}{shafts}', encoding="utf-8")
+    options = ("--window", "0 s", "0.1 s", "--crosscheck", "none")
+    assert invoke("run", tmp_path / "pair.toml", "--out", tmp_path / "out", *options).exit_code == 0
+    report = (tmp_path / "out" / "report.md").read_text(encoding="utf-8")
+    rows = [[cell.strip() for cell in line.strip("| \n").split("|")] for line in report.splitlines() if line.startswith("| ")]
+    modes = {row[0]: row[1:4] for row in rows if row[0] in ("rigid", "1", "2")}
+    for mode, k, c in (("1", 3948, 0.01), ("2", 4777, 82.9)):
+        omega, decay = math.sqrt(k), c / 2
+        frequency, ratio, rate = map(float, modes[mode])
+        assert (frequency, ratio, rate) == pytest.approx((omega / (2 * math.pi), decay / omega, decay), rel=1e-2)
+    assert modes["rigid"] == ["0", "—", "—"]
 
 
 def test_the_solvers_agree(summary: dict[str, Any]) -> None:

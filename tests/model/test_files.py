@@ -425,3 +425,54 @@ b = "b"
 stiffness = "1e+22 N*m/rad"
 """
     )
+
+
+LIMITS = """
+format = 1
+name = "chosen"
+[[limits]]
+rule = "iacs_m68"
+elements = ["s"]
+inputs = { tensile_strength = "600 MPa", shape_factor = "integral_flange" }
+[[limits]]
+rule = "syt_5211_angle"
+[elements.a]
+kind = "inertia"
+inertia = "1 kg*m^2"
+[elements.b]
+kind = "inertia"
+inertia = "1 kg*m^2"
+[elements.s]
+kind = "shaft"
+a = "a"
+b = "b"
+stiffness = "1 kN*m/rad"
+"""
+
+
+def test_chosen_limits_are_read_and_written():
+    line = parse_model(LIMITS)
+    assert [(each.rule, each.elements, dict(each.inputs)) for each in line.limits] == [
+        ("iacs_m68", ("s",), {"tensile_strength": "600 MPa", "shape_factor": "integral_flange"}),
+        ("syt_5211_angle", (), {}),
+    ]
+    assert parse_model(model_text(line)) == line
+    inner = Driveline("outer").include("box", line)
+    assert [(each.rule, each.elements) for each in inner.limits] == [("iacs_m68", ("box_s",))]
+    given = ({"rule": "iacs_m68", "elements": ["s"], "inputs": dict(line.limits[0].inputs)}, "syt_5211_angle")
+    assert Driveline("chosen", elements=line.elements, limits=given) == line
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('rule = "iacs_m68"', "rule = 3", "[limits.rule]: is 3"),
+        ('elements = ["s"]', 'elements = ["t"]', "limit 'iacs_m68': is for 't', which is no element; known are a, b, s"),
+        ('elements = ["s"]', 'elements = "s"', "write a list"),
+        ('elements = ["s"]', 'element = ["s"]', "has an unknown key 'element'; nearest is 'elements'"),
+        ('inputs = { tensile_strength = "600 MPa"', "inputs = { tensile_strength = [1]", "give a number or a text with a unit"),
+    ],
+)
+def test_a_wrong_limit_is_refused(old, new, words):
+    with pytest.raises(ModelFileError, match=re.escape(words)):
+        parse_model(LIMITS.replace(old, new, 1))

@@ -25,5 +25,5 @@ def undamped(case: Case) -> bool:
     (True, False)
     """
     model = compiled_model(case, "damping")
-    ratios = damped_pairs(operating_point(model, case.parameters))[1]
+    ratios = damped_pairs(operating_point(model, case.parameters)).damping_ratios
     return bool(len(ratios) and ratios.min() < LEAST)

@@ -11,7 +11,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from modelgen.analysis.limits.rulebook import Limit, Rule, in_unit, rule
+from modelgen.analysis.limits.bound_rule import Limit, Rule, in_unit
+from modelgen.analysis.limits.known_value import facts_of
+from modelgen.analysis.limits.rulebook import rule
 from modelgen.analysis.time_domain.angles import AnglesResult
 from modelgen.errors import CaseError, nearest
 
@@ -108,7 +110,16 @@ def check_limits(
         raise CaseError("check_limits, values", f"are {type(values).__name__}", remedy)
     chosen = [rule(each) if isinstance(each, str) else each for each in ([rules] if isinstance(rules, (Rule, str)) else rules)]
     rows = [_judged(each, element, name, values) for each in chosen for element, name in _subjects(each, values)]
-    return LimitsResult(model, tuple(rows), remarks)
+    return LimitsResult(model, tuple(rows), (*remarks, *(text for each in chosen for text in _scope(each, values))))
+
+
+def _scope(applied: Rule, values: Mapping[str, Any]) -> list[str]:
+    """What a rule was judged for, where its text speaks of some modes and orders only, and the values know theirs."""
+    known = {fact for name, value in values.items() if str(name).endswith(f".{applied.quantity}") for fact in facts_of(value)}
+    modes = [f"modes with {applied.nodes} node{'s' * (applied.nodes != 1)}"] if "nodes" in known and applied.nodes else []
+    orders = sorted(applied.orders_meant(), reverse=True) if "order" in known else []
+    what = " and ".join([*modes, *([f"orders {' and '.join(f'{order:g}' for order in orders)}"] if orders else [])])
+    return [f"{applied.where} was judged for {what} only, of which its text speaks"] if what else []
 
 
 def angle_values(result: AnglesResult) -> dict[str, tuple[float, str]]:
@@ -138,6 +149,13 @@ def _subjects(applied: Rule, values: Mapping[str, Any]) -> list[tuple[str, str]]
         known = sorted({str(name).rpartition(".")[2] for name in values})
         what = f"judges {applied.quantity!r}, of which there is no value"
         raise CaseError(applied.where, what, nearest(applied.quantity, known))
+    found = {element: name for element, name in found.items() if applied.speaks_of(facts_of(values[name]))}
+    if not found:
+        words = " and ".join(_scope(applied, values)).partition(" judged for ")[2].partition(" only,")[0]
+        raise CaseError(applied.where, f"speaks of {words}, of which there is no value", "ask for them, or leave the rule out")
+    if applied.particular and not applied.subjects and len(found) > 1:
+        what = f"is for particular parts and names none; there are {', '.join(found)}"
+        raise CaseError(applied.where, what, "name those that it is for")
     for subject in applied.subjects:
         if subject not in found:
             raise CaseError(applied.where, f"there is no {subject}.{applied.quantity}", nearest(subject, found))
@@ -148,6 +166,7 @@ def _judged(applied: Rule, element: str, name: str, values: Mapping[str, Any]) -
     value = in_unit(values[name], applied.unit, f"value {name!r}")
     other = f"{element}.{applied.beside}" if applied.beside else ""
     beside = in_unit(values[other], applied.unit, f"value {other!r}") if other in values else None
+    applied = applied.knowing(facts_of(values[name]))
     limit = applied.limit()
     margin = None if limit is None else _margin(applied, value, limit)
     return LimitRow(

@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from modelgen.analysis.linear.excitation import base_multiples, excitation, operating_speed
+from modelgen.analysis.linear.excitation import base_multiples, excitation, operating_speed, vector_sums
 from modelgen.analysis.linear.natural_modes import natural_modes
+from modelgen.analysis.linear.orders import order_name, source_name
 from modelgen.analysis.linear.speeds import Parameters, point_at, read_speeds
 from modelgen.errors import CaseError
 from modelgen.lowering import Compiled
@@ -31,23 +32,32 @@ EXACT = 1e-12  # of a critical speed, where frequencies change with speed
 class OrderLine:
     """An order per turn of the reference shaft, exact; ``sources``: (base frequency, harmonic) it comes from.
 
-    ``torque`` [N*m at the reference shaft]: its largest harmonic torque on any shaft at the operating speed.
+    ``torque`` [N*m at the reference shaft]: its largest harmonic torque on any shaft at the operating speed. ``vector_sum``
+    [the same]: that of all its sources together, phases included, or of the strongest mesh where that is more: by it orders rank,
+    so that firings which cancel come last.
     """
 
     order: Fraction
     sources: tuple[tuple[str, int], ...]
     torque: float
+    vector_sum: float = 0.0
 
     @property
     def label(self) -> str:
         """Such as ``engine_half_order x 6``."""
-        return ", ".join(f"{base} x {harmonic}" for base, harmonic in self.sources)
+        return source_name(self.sources)
+
+    @property
+    def name(self) -> str:
+        """Such as ``order 3 (engine_half_order x 6)``."""
+        return order_name(self.order, self.sources)
 
 
 @dataclass(frozen=True)
 class CriticalSpeed:
-    """Where a line meets a mode (``mode`` counts from 0, rigid ones included), at ``speed`` [rad/s] and ``frequency`` [Hz].
+    """Where a line meets a mode, at ``speed`` [rad/s] and ``frequency`` [Hz].
 
+    ``mode``: its column in the frequencies (from 0, rigid ones included); ``number``: how it is counted, vibrating modes from 1.
     ``margin``: distance from the operating speed or range, per its nearer end; 0 inside the range, negative below it.
     """
 
@@ -56,6 +66,7 @@ class CriticalSpeed:
     speed: float
     frequency: float
     margin: float
+    number: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +93,7 @@ class CampbellResult:
         at = f"{low:.6g} rpm" if low == high else f"{low:.6g} to {high:.6g} rpm"
         rows = [f"critical speeds of {self.model!r}, operating at {at}: {len(self.critical)}, the nearest"]
         for each in self.critical[:12]:
-            where = f"mode {each.mode + 1} ({each.frequency:.4g} Hz), order {each.line.order} ({each.line.label})"
+            where = f"mode {each.number} ({each.frequency:.4g} Hz), {each.line.name}"
             rows.append(f"  {each.speed * 30 / np.pi:10.2f} rpm  {each.margin:+8.1%}  {where}")
         return "\n".join(rows)
 
@@ -109,7 +120,7 @@ def campbell(
     ...     HarmonicTorque("torque", "engine", cosine=[40.0, 10.0], base="firing")])
     >>> print(campbell(lower(assemble(line))))
     critical speeds of 'two_disks', operating at 1200 rpm: 1, the nearest
-         1006.58 rpm    -16.1%  mode 2 (100.7 Hz), order 6 (firing x 2)
+         1006.58 rpm    -16.1%  mode 1 (100.7 Hz), order 6 (firing x 2)
     """
     own = operating_speed(model, model.parameters.vector())
     listed = read_speeds(model, np.linspace(own / 4, 1.5 * own, SAMPLES) if speeds is None else speeds)
@@ -123,7 +134,8 @@ def campbell(
     for line in lines:
         for mode in range(rigid, frequencies.shape[1]):
             for speed in _crossings(listed, frequencies[:, mode], float(line.order), at, mode):
-                critical.append(CriticalSpeed(line, mode, speed, float(line.order) * speed / (2 * np.pi), _margin(speed, target)))
+                frequency, margin = float(line.order) * speed / (2 * np.pi), _margin(speed, target)
+                critical.append(CriticalSpeed(line, mode, speed, frequency, margin, mode - rigid + 1))
     critical.sort(key=lambda each: (abs(each.margin), each.line.order))
     return CampbellResult(model.name, listed, frequencies, rigid, lines, tuple(critical), target)
 
@@ -136,9 +148,10 @@ def order_lines(
     shaking = excitation(model, point, highest_order=highest_order)
     n = len(point.angle)
     size = np.abs(shaking.amplitudes[:n] * point.coordinates.ratio[:, None]).max(axis=0, initial=0.0)
+    together = vector_sums(model, point, shaking)
     found = {
-        order: OrderLine(order, tuple(zip(bases, harmonics, strict=True)), float(torque))
-        for order, bases, harmonics, torque in zip(shaking.orders, shaking.bases, shaking.harmonics, size, strict=True)
+        order: OrderLine(order, sources, float(torque), float(summed))
+        for order, sources, torque, summed in zip(shaking.orders, shaking.sources, size, together, strict=True)
         if torque > NEGLIGIBLE * size.max()
     }
     for clock, multiple in zip(model.equations.clocks, base_multiples(model, point), strict=True):

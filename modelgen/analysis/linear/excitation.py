@@ -49,6 +49,11 @@ class Excitation:
     by_flange: Complex
     varying: Complex
 
+    @property
+    def sources(self) -> tuple[tuple[tuple[str, int], ...], ...]:
+        """Base frequencies of each order, with their multiples."""
+        return tuple(tuple(zip(*pair, strict=True)) for pair in zip(self.bases, self.harmonics, strict=True))
+
 
 def excitation(
     model: Compiled, point: OperatingPoint, channels: tuple[str, ...] = (), highest_order: float | None = None
@@ -82,6 +87,20 @@ def excitation(
         by_flange=by_flange,
         varying=varying,
     )
+
+
+def vector_sums(model: Compiled, point: OperatingPoint, shaking: Excitation) -> Array:
+    """How strongly each order shakes the train as a whole (orders,) [N*m at the reference shaft], phases included.
+
+    The torques from outside of all sources add up as vectors; what acts between shafts, such as a mesh, adds up to nothing and
+    counts by its largest torque on a shaft. The larger of both is taken.
+    """
+    where = FlangeMap.of(model)
+    ratio = model.mean_model["nodes"](point.p).full() @ point.coordinates.ratio
+    torque = shaking.by_flange * ratio[where.flange_node, None]
+    between = np.bincount(where.flange_element, minlength=len(model.equations.instances))[where.flange_element] > 1
+    inner = np.abs(torque[between]).max(axis=0, initial=0.0)
+    return np.asarray(np.maximum(np.abs(torque.sum(axis=0)), inner))
 
 
 def _flange_count(model: Compiled) -> int:

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from modelgen.analysis.linear.excitation import Excitation, excitation, parametric
 from modelgen.analysis.linear.frequency_response import frequency_response
 from modelgen.analysis.linear.model import LinearModel, linearize, mapped, seen, stated_frequencies
+from modelgen.analysis.linear.orders import order_name
 from modelgen.analysis.linear.shear_stress import Diameter, shear_stress_factor
 from modelgen.analysis.linear.speed_ratios import referred_ratios
 from modelgen.analysis.linear.speeds import Parameters, point_at, read_speeds
@@ -41,10 +42,10 @@ class ForcedResult:
 
     A channel is mean + Re sum_h amplitude_h e^(i order_h phi), phi the angle of the reference shaft, zero at t = 0; amplitudes
     are 0-to-peak and physical (``referred_ratio`` of an inertia refers its angles). ``speeds`` [rad/s]; ``orders`` per turn of
-    the reference shaft, exact, with the ``bases`` that each comes from; ``channels`` with ``units``; ``mean`` (speeds,
-    channels); ``amplitudes`` (speeds, channels, orders). ``dampers`` and ``power`` (speeds, dampers, orders) [W]: mean power
-    that each turns into heat by vibration. ``gears``: channels that carry the load of a gear. ``parametric``: elements whose
-    stiffness varies with time, and by what share; what that adds to the response is not in here.
+    the reference shaft, exact, with the ``bases`` that each comes from, as their multiples ``harmonics``; ``channels`` with
+    ``units``; ``mean`` (speeds, channels); ``amplitudes`` (speeds, channels, orders). ``dampers`` and ``power`` (speeds, dampers,
+    orders) [W]: mean power that each turns into heat by vibration. ``gears``: channels that carry the load of a gear.
+    ``parametric``: elements whose stiffness varies with time, and by what share; what that adds to the response is not in here.
     """
 
     model: str
@@ -61,6 +62,15 @@ class ForcedResult:
     referred_ratio: Mapping[str, float]
     parametric: Mapping[str, float]
     complex_stiffness: bool
+    harmonics: tuple[tuple[int, ...], ...] = ()
+
+    def sources(self, order: int) -> tuple[tuple[str, int], ...]:
+        """Base frequencies of an order (a place in ``orders``), with their multiples."""
+        return tuple(zip(self.bases[order], self.harmonics[order], strict=True))
+
+    def order_name(self, order: int) -> str:
+        """An order (a place in ``orders``) in words, such as ``order 3 (engine_half_order x 6)``."""
+        return order_name(self.orders[order], self.sources(order))
 
     def _row(self, channel: str) -> int:
         if channel not in self.channels:
@@ -168,7 +178,7 @@ def forced(
         shaking = excitation(model, point, asked, highest_order)
         answers.append((linear.rest, shaking, *_answer(linear, shaking, float(speed), dampers)))
     assert first is not None
-    found = {order: names for _, shaking, *_ in answers for order, names in zip(shaking.orders, shaking.bases, strict=True)}
+    found = {order: sources for _, shaking, *_ in answers for order, sources in zip(shaking.orders, shaking.sources, strict=True)}
     orders = tuple(sorted(found))
     place = {order: k for k, order in enumerate(orders)}
     amplitudes = np.zeros((len(listed), len(asked), len(orders)), dtype=complex)
@@ -191,7 +201,8 @@ def forced(
         model=model.name,
         speeds=listed,
         orders=orders,
-        bases=tuple(found[order] for order in orders),
+        bases=tuple(tuple(base for base, _ in found[order]) for order in orders),
+        harmonics=tuple(tuple(multiple for _, multiple in found[order]) for order in orders),
         channels=(*chosen, *stressed),
         units=(*(model.unit(name) for name in chosen), *("Pa" for _ in stressed)),
         mean=mean[:, rows] * factor,

@@ -17,8 +17,10 @@ from numpy.typing import NDArray
 
 from modelgen.analysis.linear.energy_shares import energy_shares
 from modelgen.analysis.linear.lowest_modes import lowest_modes
+from modelgen.analysis.linear.mode_numbers import mode_cell, mode_name, mode_number
 from modelgen.analysis.linear.model import linearize
 from modelgen.analysis.linear.natural_modes import DampedModes, Modes, damped_modes, natural_modes
+from modelgen.analysis.linear.node_counts import node_counts
 from modelgen.errors import CaseError
 from modelgen.lowering import Compiled
 from modelgen.solvers.equilibrium import own_start
@@ -39,9 +41,11 @@ class ModalResult:
     ``repeated``: numbers (from 0) of modes that share a frequency; their shapes are one choice of many. ``elements`` with
     ``kinetic`` and ``potential`` (elements, modes): shares of the energy, each summing to 1 (rigid modes have no potential
     energy: zeros). ``damped_frequencies`` [Hz], ``damping_ratios``, ``decay_rates`` [1/s] and complex ``damped_shapes`` (nodes,
-    pairs) of the damped modes that oscillate, sorted by frequency. ``complete``: all modes are here. If not, the damped ones
-    are those of the damping projected on the modes given, which is exact for proportional damping. ``released``: elements that
-    hold a speed in some of their modes, such as brakes that stick; here they hold nothing.
+    pairs) of the damped modes that oscillate, sorted by frequency; ``pair`` (modes,): which of them is the mode's own, -1 for
+    none, ``rates`` (modes, 2) [1/s]: the two rates of an overdamped mode, the slower first, else nan; ``damped`` tells a mode's
+    own. ``nodes`` (modes,): places that stand still. ``number`` and ``name``: how a mode is counted. ``complete``: all modes are
+    here. If not, the damped ones are those of the damping projected on the modes given, which is exact for proportional damping.
+    ``released``: elements that hold a speed in some of their modes, such as brakes that stick; here they hold nothing.
     """
 
     model: str
@@ -60,8 +64,30 @@ class ModalResult:
     damping_ratios: Array
     decay_rates: Array
     damped_shapes: NDArray[np.complex128]
+    pair: NDArray[np.intp]
+    rates: Array
+    nodes: NDArray[np.intp]
     complete: bool
     released: tuple[str, ...] = ()
+
+    def number(self, mode: int) -> int | None:
+        """Number of the mode in a row (from 0): vibrating modes count from 1, a rigid one has none."""
+        return mode_number(mode, self.rigid)
+
+    def name(self, mode: int) -> str:
+        """The mode in a row (from 0) by name: "mode 1" is the first that vibrates."""
+        return mode_name(mode, self.rigid)
+
+    def damped(self, mode: int) -> DampedMode | None:
+        """What damping makes of the mode in a row (from 0); None for a rigid one."""
+        if mode < self.rigid:
+            return None
+        own = int(self.pair[mode])
+        if own < 0:
+            slow, fast = (float(rate) for rate in self.rates[mode])
+            return DampedMode(None, None, None, (slow, fast))
+        frequency, ratio, decay = (v[own] for v in (self.damped_frequencies, self.damping_ratios, self.decay_rates))
+        return DampedMode(float(frequency), float(ratio), float(decay))
 
     def __str__(self) -> str:
         kind = "all" if self.complete else "lowest"
@@ -72,7 +98,8 @@ class ModalResult:
             kinetic, potential = (
                 f"{self.elements[s[:, mode].argmax()]} {s[:, mode].max():.0%}" for s in (self.kinetic, self.potential)
             )
-            rows.append(f"  {mode + 1:3d} {frequency:12.4f} Hz  {kinetic}, {'none' if mode < self.rigid else potential}")
+            said = f"  {mode_cell(mode, self.rigid):>5s} {frequency:12.4f} Hz  {kinetic}, "
+            rows.append(said + ("none" if mode < self.rigid else f"{potential}; {self.damped(mode)}"))
         if self.released:
             rows.append(
                 f"  {', '.join(self.released)}: taken as slipping; what sticks would hold its node, and these are not its modes"
@@ -80,6 +107,21 @@ class ModalResult:
         return "\n".join(rows)
 
     __repr__ = __str__
+
+
+@dataclass(frozen=True)
+class DampedMode:
+    """A mode with its damping: ``frequency`` [Hz], ``ratio``, ``decay`` [1/s]; or, overdamped, its two ``rates`` [1/s] alone."""
+
+    frequency: float | None
+    ratio: float | None
+    decay: float | None
+    rates: tuple[float, float] | None = None
+
+    def __str__(self) -> str:
+        if self.rates is not None:
+            return "overdamped, rates {:.4g} and {:.4g} 1/s".format(*self.rates)
+        return f"damping ratio {self.ratio + 0.0:.4g}" if self.ratio is not None else ""
 
 
 def modal(
@@ -126,6 +168,7 @@ def _result(model: Compiled, p: Array, mean: Array, angle: Array, modes: Modes, 
     ratio = at_nodes @ np.asarray(model.mean_model["ratios"](p)[0]).ravel()
     shapes = at_nodes @ modes.shapes
     largest = shapes[np.abs(shapes).argmax(axis=0), np.arange(shapes.shape[1])]
+    referred = referred_shapes(shapes / largest, ratio)
     kinetic, potential = energy_shares(model, p, mean, angle, own_start(model), modes.shapes)
     potential[:, : modes.free] = 0.0
     held = np.any(kinetic != 0, axis=1) | np.any(potential != 0, axis=1)
@@ -135,7 +178,7 @@ def _result(model: Compiled, p: Array, mean: Array, angle: Array, modes: Modes, 
         ratio=ratio,
         frequencies=modes.frequencies,
         shapes=shapes / largest,
-        referred=referred(shapes / largest, ratio),
+        referred=referred,
         modal_inertia=1 / largest**2,
         rigid=modes.free,
         repeated=repeated_modes(modes),
@@ -146,12 +189,23 @@ def _result(model: Compiled, p: Array, mean: Array, angle: Array, modes: Modes, 
         damping_ratios=pairs.damping_ratios,
         decay_rates=pairs.decay_rates,
         damped_shapes=at_nodes @ pairs.shapes,
+        pair=own_pairs(pairs, len(modes.squares)),
+        rates=pairs.rates,
+        nodes=node_counts(model, referred, potential),
         complete=len(modes.squares) == len(model.equations.groups),
         released=tuple(each.name for each in model.equations.instances if model.equations.templates[each.template].holds),
     )
 
 
-def referred(shapes: Array, ratio: Array) -> Array:
+def own_pairs(pairs: DampedModes, count: int) -> NDArray[np.intp]:
+    """Which damped mode is each undamped one's own (count,); -1 for none."""
+    found = np.full(count, -1, dtype=np.intp)
+    mine = np.flatnonzero(pairs.undamped >= 0)
+    found[pairs.undamped[mine]] = mine
+    return found
+
+
+def referred_shapes(shapes: Array, ratio: Array) -> Array:
     """Shapes (nodes, modes) per speed ratio of each node; not a number where a node stands still in the mean."""
     turning = ratio[:, None] != 0
     return np.asarray(np.where(turning, shapes / np.where(turning, ratio[:, None], 1.0), np.nan))
@@ -169,11 +223,10 @@ def repeated_modes(modes: Modes) -> tuple[tuple[int, ...], ...]:
     return tuple(tuple(cluster) for cluster in clusters if len(cluster) > 1)
 
 
-def damped_pairs(point: OperatingPoint) -> tuple[Array, Array, Array]:
-    """Damped frequency [Hz], damping ratio and decay rate [1/s] of every mode that oscillates; own states are held."""
+def damped_pairs(point: OperatingPoint) -> DampedModes:
+    """The damped modes about a point; own states are held."""
     modes = natural_modes(point.mass, point.stiffness, point.coordinates)
-    pairs = damped_modes(modes, point.damping, point.stiffness)
-    return pairs.frequencies, pairs.damping_ratios, pairs.decay_rates
+    return damped_modes(modes, point.damping, point.stiffness)
 
 
 def _is_linear(model: Compiled) -> bool:

@@ -16,6 +16,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from modelgen.analysis.linear.mode_pairing import followed, is_upper
 from modelgen.solvers.equilibrium import Coordinates
 
 Array = NDArray[np.float64]
@@ -68,10 +69,16 @@ def natural_modes(mass: Array, stiffness: Array, coordinates: Coordinates) -> Mo
 
 @dataclass(frozen=True, eq=False)
 class DampedModes:
-    """Damped vibrating modes by frequency: ``values`` s [1/s], Im s > 0, and ``shapes`` q (groups, modes) of q e^(st)."""
+    """Damped vibrating modes by frequency: ``values`` s [1/s], Im s > 0, and ``shapes`` q (groups, modes) of q e^(st).
+
+    ``undamped``: number of the undamped mode that each belongs to, -1 for an oscillation of own states alone. ``rates``
+    (undamped modes, 2) [1/s]: the two rates of decay of an overdamped mode, the slower first; nan for the others.
+    """
 
     values: Complex
     shapes: Complex
+    undamped: NDArray[np.intp]
+    rates: Array
 
     @property
     def frequencies(self) -> Array:
@@ -81,29 +88,62 @@ class DampedModes:
     @property
     def damping_ratios(self) -> Array:
         """-Re s / |s|."""
-        return np.asarray(-self.values.real / np.abs(self.values))
+        return np.asarray(-self.values.real / np.abs(self.values) + 0.0)
 
     @property
     def decay_rates(self) -> Array:
         """-Re s [1/s]."""
-        return np.asarray(-self.values.real)
+        return np.asarray(-self.values.real + 0.0)
 
 
 def damped_modes(modes: Modes, damping: Any, stiffness: Array | None = None) -> DampedModes:
-    """Damped vibrating modes, those that do not oscillate left out.
+    """Damped vibrating modes, each with its undamped one; overdamped ones as two rates.
 
     In the coordinates of ``modes``, without the angles of the free ones, so that their zero eigenvalues do not come in; where
     only some lowest modes are given, the damping is projected on them. ``damping`` (groups, groups), an array or a sparse
     CasADi matrix. ``stiffness``, where given, adds its skew part; both may have more rows and columns than groups: those of own
-    states z with z' + C_zq q' + K_zq q + K_zz z = 0.
+    states z with z' + C_zq q' + K_zq q + K_zz z = 0. Which belongs to which: ``mode_pairing``.
     """
+    shapes, free, count = modes.shapes, modes.free, modes.shapes.shape[1]
+    undamped, matrix, kept = _first_order(modes, damping, stiffness)
+    elastic, moving = count - free, int(kept.sum())
+    block = np.full(len(matrix), elastic, dtype=np.intp)  # the last one: rigid rates and own states
+    block[:elastic] = np.arange(elastic)
+    block[elastic : elastic + moving][np.flatnonzero(kept) >= free] = np.arange(elastic)
+    values, vectors, owner = followed(undamped, matrix, block)
+    upper = np.flatnonzero(is_upper(values))
+    upper = upper[np.argsort(values[upper].imag, kind="stable")]
+    found = shapes[:, kept] @ vectors[elastic : elastic + moving, upper] / values[upper]
+    largest = np.abs(found).argmax(axis=0)
+    rates = np.full((count, 2), np.nan)
+    for mode in range(elastic):
+        own = values[owner == mode]
+        if not np.any(is_upper(own)):
+            rates[free + mode] = np.sort(-own.real)
+    return DampedModes(
+        _without_rounding(values[upper].astype(complex), values),
+        (found / found[largest, np.arange(len(upper))]).astype(complex),
+        np.where(owner[upper] == elastic, -1, owner[upper] + free),
+        rates,
+    )
+
+
+def _without_rounding(chosen: Complex, every: Complex) -> Complex:
+    """Eigenvalues whose real part is no more than rounding, of either sign, are those of a mode without damping."""
+    rounding = 4 * np.finfo(float).eps * float(np.abs(every).max(initial=0.0))
+    return np.where(np.abs(chosen.real) <= rounding, 1j * chosen.imag, chosen)
+
+
+def _first_order(modes: Modes, damping: Any, stiffness: Array | None) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """x' = A x without and with what couples modes; x: angles of the vibrating modes, the rates that are ``kept``, own states."""
     shapes, free = modes.shapes, modes.free
     n, count = shapes.shape
     own = damping.shape[0] - n
     inner = shapes.T @ _times(damping[:n, :n], shapes)
-    matrix_of_angles = np.diag(modes.squares)[:, free:]
+    squares = np.diag(modes.squares)[:, free:]
+    matrix_of_angles = squares
     if stiffness is not None:
-        matrix_of_angles = matrix_of_angles + shapes.T @ (stiffness[:n, :n] - stiffness[:n, :n].T) @ shapes[:, free:] / 2
+        matrix_of_angles = squares + shapes.T @ (stiffness[:n, :n] - stiffness[:n, :n].T) @ shapes[:, free:] / 2
     # A rigid rate stays where drag acts on it, and where own states might.
     size = np.abs(shapes[:, :free]).T @ _times(abs(damping[:n, :n]), np.abs(shapes))
     kept = np.ones(count, dtype=bool)
@@ -111,6 +151,8 @@ def damped_modes(modes: Modes, damping: Any, stiffness: Array | None = None) -> 
     angles, rates = slice(0, count - free), slice(count - free, count - free + int(kept.sum()))
     matrix = np.zeros((rates.stop + own,) * 2)
     matrix[angles, rates] = np.eye(count)[free:, kept]
+    undamped = matrix.copy()
+    undamped[rates, angles] = -squares[kept]
     matrix[rates, angles] = -matrix_of_angles[kept]
     matrix[rates, rates] = -inner[np.ix_(kept, kept)]
     if own and stiffness is not None:
@@ -118,13 +160,8 @@ def damped_modes(modes: Modes, damping: Any, stiffness: Array | None = None) -> 
         matrix[rates, rest] = -shapes[:, kept].T @ stiffness[:n, n:]
         matrix[rest, angles] = -stiffness[n:, :n] @ shapes[:, free:]
         matrix[rest, rates] = -damping[n:, :n] @ shapes[:, kept]
-        matrix[rest, rest] = -stiffness[n:, n:]
-    values, vectors = np.linalg.eig(matrix) if len(matrix) else (np.zeros(0, dtype=complex), matrix)
-    upper = np.flatnonzero(values.imag > 1e-9 * np.abs(values))
-    upper = upper[np.argsort(values[upper].imag, kind="stable")]
-    found = shapes[:, kept] @ vectors[rates, upper] / values[upper]
-    largest = np.abs(found).argmax(axis=0)
-    return DampedModes(values[upper].astype(complex), (found / found[largest, np.arange(len(upper))]).astype(complex))
+        matrix[rest, rest] = undamped[rest, rest] = -stiffness[n:, n:]
+    return undamped, matrix, kept
 
 
 def _times(matrix: Any, columns: Array) -> Array:

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.analysis.linear.modal import repeated_modes
+from modelgen.analysis.linear.mode_numbers import mode_name
 from modelgen.analysis.linear.natural_modes import natural_modes
 from modelgen.analysis.linear.parameter_directions import angle_slopes, mean_slopes, named_entries, parameter_directions
 from modelgen.errors import CaseError, nearest
@@ -67,6 +68,10 @@ class SensitivityResult:
                 f"sensitivities of {self.model!r}", f"no parameter {parameter!r}", nearest(parameter, self.parameters)
             )
         return self.slopes[:, self.parameters.index(parameter)]
+
+    def name(self, mode: int) -> str:
+        """The mode in a row (from 0) by name: "mode 1" is the first that vibrates."""
+        return mode_name(mode, self.rigid)
 
     def largest(self, mode: int, count: int = 5) -> list[tuple[str, float]]:
         """The parameters that a mode (from 0) depends on most, with its relative slope."""

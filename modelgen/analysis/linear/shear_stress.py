@@ -21,6 +21,20 @@ def shear_stress_factor(diameter: Diameter, where: str) -> float:
     >>> round(shear_stress_factor("80 mm", "shaft 's'"))
     9947
     """
+    outer, inner = _both(diameter, where)
+    return 16 * outer / (pi * (outer**4 - inner**4))
+
+
+def outer_diameter(diameter: Diameter, where: str) -> float:
+    """The outer diameter [m]. Raises CaseError unless 0 <= inner < outer.
+
+    >>> outer_diameter(("80 mm", "40 mm"), "shaft 's'")
+    0.08
+    """
+    return _both(diameter, where)[0]
+
+
+def _both(diameter: Diameter, where: str) -> tuple[float, float]:
     pair = diameter if isinstance(diameter, (tuple, list)) else (diameter, 0.0)
     try:
         outer, inner = (read_quantity(each, "m", where) if isinstance(each, str) else float(each) for each in pair)
@@ -28,4 +42,4 @@ def shear_stress_factor(diameter: Diameter, where: str) -> float:
         raise CaseError(where, f"is {diameter!r:.60}", "give the outer diameter in m, or outer and inner one") from None
     if not 0 <= inner < outer < float("inf"):
         raise CaseError(where, f"is {diameter!r:.60}", "give a positive outer diameter and a smaller inner one")
-    return 16 * outer / (pi * (outer**4 - inner**4))
+    return outer, inner

@@ -51,6 +51,14 @@ def base_frequency(solution: Solution, base: str | float | None) -> tuple[str, f
     return min(known.items(), key=lambda item: item[1]) if known else ("", 0.0)
 
 
+def reference_turns(solution: Solution) -> float:
+    """Turns per second of the reference shaft at the operating speed; 0 where none is known."""
+    model = solution.case.model
+    if model is None or model.equations.speed is None:
+        return 0.0
+    return model.parameters.value(model.parameters.vector(solution.case.parameters), "speed") / (2 * np.pi)
+
+
 def shaft_speed(solution: Solution, shaft: str | None, data: Measurement) -> float:
     """Mean speed [rad/s] of the shaft whose angle the measurement counts."""
     model = solution.case.model

@@ -8,13 +8,23 @@ t on the clock of the solution, on which every base frequency stands at zero at 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from modelgen.analysis.measurements.common_clock import aligned, base_frequency, common_window, shaft_speed, treated, treatment
+from modelgen.analysis.linear.excitation import exact_multiple
+from modelgen.analysis.linear.orders import order_name
+from modelgen.analysis.measurements.common_clock import (
+    aligned,
+    base_frequency,
+    common_window,
+    reference_turns,
+    shaft_speed,
+    treated,
+    treatment,
+)
 from modelgen.analysis.measurements.measurement import FEWEST, Measurement, read_measurement
 from modelgen.analysis.measurements.signals import correlation, interpolant, order_amplitudes
 from modelgen.errors import CaseError, nearest
@@ -41,6 +51,7 @@ class Extent:
 class OrderDifference:
     """Amplitudes at ``order`` times the base frequency [Hz]; differences are simulated less measured.
 
+    ``per_turn``: the order per turn of the reference shaft, None where the model has no operating speed; ``name``: in words.
     Phases [rad]; ``phase_difference`` is None where either amplitude is negligible.
     """
 
@@ -52,6 +63,8 @@ class OrderDifference:
     measured_phase: float
     simulated_phase: float
     phase_difference: float | None
+    per_turn: float | None = None
+    name: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,12 +105,13 @@ class ChannelComparison:
             f"  peak          {_both(m.peak, s.peak, unit)}",
             f"  half p-p      {_both(m.half_pp, s.half_pp, unit)}",
         ]
+        width = max((len(each.name) for each in self.orders), default=0)
         for each in self.orders:
             if each.phase_difference is None:
                 found = f"negligible in one of them: measured {each.measured:.3g}, simulated {each.simulated:.3g} {unit}"
             else:
                 found = f"{_both(each.measured, each.simulated, unit)}, phase {np.degrees(each.phase_difference):+.1f} deg"
-            rows.append(f"  order {each.order:<4} {each.frequency:8.3f} Hz: {found}")
+            rows.append(f"  {each.name:<{width}} {each.frequency:8.3f} Hz: {found}")
         return "\n".join(rows)
 
 
@@ -172,7 +186,13 @@ def compare(
         raise CaseError("comparison, orders", f"no period of a base frequency {what}", "give base in Hz, or longer signals")
     else:
         remarks.append("no orders: no base frequency is known, or the common span is shorter than its period")
+    turns = reference_turns(solution)
+    told = [told_order(order, name, frequency, turns) for order in wanted]
     found = [_channel(solution, data, times + shift, window, pair, frequency, wanted, highest) for pair in pairs]
+    found = [
+        replace(each, orders=tuple(replace(o, per_turn=t[0], name=t[1]) for o, t in zip(each.orders, told, strict=True)))
+        for each in found
+    ]
     return ComparisonResult(solution.model_name, data.source, name, frequency, window, shift, align, tuple(found), tuple(remarks))
 
 
@@ -248,6 +268,14 @@ def _channel(
         correlation=correlation(measured, resampled),
         orders=differences,
     )
+
+
+def told_order(order: int, base: str, frequency: float, turns: float) -> tuple[float | None, str]:
+    """The order per turn of the reference shaft (``turns`` per second, 0 if unknown), and in words."""
+    if not turns:
+        return None, f"{order} x {base}"
+    per_turn = exact_multiple(frequency / turns) * order
+    return float(per_turn), order_name(per_turn, [(base, order)])
 
 
 def _order(order: int, frequency: float, measured: NDArray[np.complex128], simulated: NDArray[np.complex128]) -> OrderDifference:

@@ -52,6 +52,11 @@ class Column:
     outcome: Outcome
     message: str
 
+    @property
+    def failure(self) -> str:
+        """Why the run did not reach its end; empty where it did."""
+        return "" if self.outcome.is_good else self.message
+
 
 @dataclass(frozen=True, eq=False)
 class BifurcationResult:
@@ -87,6 +92,11 @@ class BifurcationResult:
             raise CaseError(f"bifurcation diagram of {self.model!r}", f"no channel {name!r}", nearest(name, self.channels))
         return self.channels.index(name)
 
+    @property
+    def failed(self) -> tuple[Column, ...]:
+        """The columns whose runs did not reach their end."""
+        return tuple(column for column in self.columns if column.failure)
+
     def coexisting(self, tolerance: float = 1e-3) -> Array:
         """Values (rising) where branches have settled to different motions, of different period or farther apart per scale."""
         found = []
@@ -101,6 +111,8 @@ class BifurcationResult:
         periods = sorted({column.period for column in self.columns if column.settled})
         found = f"periods {', '.join(map(str, periods))}" if periods else "no period"
         rest = f"; {unsettled} of {len(self.columns)} columns did not come to stand still" if unsettled else ""
+        if failed := self.failed:
+            rest += f"; {len(failed)} runs failed, the first at {failed[0].value:.6g} {self.unit}: {failed[0].failure}"
         return (
             f"bifurcation diagram of {self.model!r} over {self.parameter}: {len(self.values)} values from {self.values[0]:.6g} "
             f"to {self.values[-1]:.6g} {self.unit}, {len(self.branches)} branches, {found}{rest}"

@@ -23,6 +23,7 @@ from modelgen.analysis.nonlinear.strobes import Patience, Strobed, strobed
 from modelgen.errors import CaseError, nearest
 from modelgen.lowering import Compiled
 from modelgen.solvers.case import Case
+from modelgen.solvers.problem import Trajectory
 
 Array = NDArray[np.float64]
 DIRECTIONS = ("forward", "backward")
@@ -37,7 +38,8 @@ CLOSE = 1e-4  # of the frequency: how near a jump is closed in on
 @dataclass(frozen=True)
 class SweepPoint:
     """The settled motion at one speed of one branch: ``rms``, ``least``, ``largest`` of each channel, ``separated``: its share of
-    time out of contact, ``back``: on the back flank; ``period``, ``residual``, ``settled`` as in ``strobes``.
+    time out of contact, ``back``: on the back flank; ``period``, ``residual``, ``settled`` as in ``strobes``. ``failure``: why
+    the run did not reach its end, empty where it did; its sizes are nan.
     """
 
     speed: float
@@ -50,6 +52,7 @@ class SweepPoint:
     period: int
     residual: float
     settled: bool
+    failure: str = ""
 
 
 @dataclass(frozen=True)
@@ -90,13 +93,24 @@ class FrequencySweepResult:
         """The jumps, upward ones first."""
         return tuple(each for each in self.changes if each.kind == "jump")
 
+    @property
+    def failed(self) -> tuple[SweepPoint, ...]:
+        """The points whose runs did not reach their end."""
+        return tuple(point for point in (*self.forward, *self.backward) if point.failure)
+
     def __str__(self) -> str:
         low, high = self.forward[0].frequency, self.forward[-1].frequency
         said = ", ".join(f"{each.direction} at {each.frequency:.6g} Hz" for each in self.jumps) or "none"
         return (
             f"frequency sweep of {self.mesh!r} in {self.model!r}: {len(self.forward)} mesh frequencies from {low:.5g} to "
-            f"{high:.5g} Hz; jumps: {said}"
+            f"{high:.5g} Hz; jumps: {said}{self._failed_text()}"
         )
+
+    def _failed_text(self) -> str:
+        if not self.failed:
+            return ""
+        first = self.failed[0]
+        return f"; {len(self.failed)} runs failed, the first at {first.frequency:.6g} Hz: {first.failure}"
 
     __repr__ = __str__
 
@@ -183,15 +197,18 @@ class _Branches:
             times = each.strobe.period * periods * np.arange(max(counts) + 1) / max(counts)
             problems.append(restarted(each.setting.problem, each.final, times))
         runs = run_all(self.case, problems, options_of(self.case))
-        return [(self._point(each, run.times, run.states), each.final) for each, run in zip(found, runs, strict=True)]
+        return [(self._point(each, run), each.final) for each, run in zip(found, runs, strict=True)]
 
     def _samples(self, found: Strobed) -> int:
         cycles = float(found.strobe.cycles.get(f"{self.mesh}.contact", 1))
         return (found.period or LOOSE) * max(FEWEST, int(PER_CYCLE * cycles))
 
-    def _point(self, found: Strobed, times: Array, states: Array) -> SweepPoint:
+    def _point(self, found: Strobed, run: Trajectory) -> SweepPoint:
         model, p = self.case.model, found.setting.point.p
-        values = motion_of(model, times, states, p, self.names)[0]
+        values = motion_of(model, run.times, run.states, p, self.names)[0]
+        failure = next((each.message for each in (found, run) if not each.outcome.is_good), "")
+        if failure:
+            values = np.full((2, len(self.names)), np.nan)
         speed = float(model.parameters.value(p, "speed"))
         cycles = found.strobe.cycles
         mesh_cycles = float(cycles[f"{self.mesh}.contact"]) if f"{self.mesh}.contact" in cycles else 1.0
@@ -202,11 +219,12 @@ class _Branches:
             rms=tuple(kept.std(axis=0).tolist()),
             least=tuple(kept.min(axis=0).tolist()),
             largest=tuple(kept.max(axis=0).tolist()),
-            separated=float(np.mean(pressed == 0)),
-            back=float(np.mean(pressed < 0)),
+            separated=float("nan") if failure else float(np.mean(pressed == 0)),
+            back=float("nan") if failure else float(np.mean(pressed < 0)),
             period=found.period,
             residual=found.residual,
             settled=found.settled,
+            failure=failure,
         )
 
 
@@ -214,8 +232,11 @@ def _changes(branch: _Branches, way: str, points: list[tuple[SweepPoint, Array]]
     """Jumps, and where flanks begin or cease to part, each closed in on along the branch."""
     steps = np.array([_step(one, other) for (one, _), (other, _) in pairwise(points)])
     slopes = steps / np.abs([np.log(one.speed / other.speed) for (one, _), (other, _) in pairwise(points)])
-    steep = (slopes > JUMP * float(np.median(slopes))) & (steps > LEAST)
+    known = slopes[np.isfinite(slopes)]
+    steep = (slopes > JUMP * float(np.median(known))) & (steps > LEAST) if known.size else np.zeros(len(slopes), dtype=bool)
     for k, ((before, state), (after, _)) in enumerate(pairwise(points)):
+        if before.failure or after.failure:
+            continue
         if (before.separated > 0) != (after.separated > 0):
             kind = "parts" if after.separated else "joins"
             ends = _closed_in(branch, before, after, state, close, lambda x, y, z: (x.separated > 0) == (y.separated > 0))
@@ -233,6 +254,8 @@ def _change(way: str, kind: str, before: SweepPoint, after: SweepPoint) -> Chang
 
 def _step(one: SweepPoint, other: SweepPoint) -> float:
     """Change of the logarithm of the rms."""
+    if one.failure or other.failure:
+        return float("nan")
     return abs(float(np.log(max(one.rms[0], TINY) / max(other.rms[0], TINY))))
 
 
@@ -247,6 +270,8 @@ def _closed_in(
     """The last point that ``stays`` (before, middle, after) and the first that does not, by halving from the branch's side."""
     while 0 < close * after.speed < abs(after.speed - before.speed):
         middle, final = branch.at([(before.speed + after.speed) / 2], [state])[0]
+        if middle.failure:
+            break
         if stays(before, middle, after):
             before, state = middle, final
         else:

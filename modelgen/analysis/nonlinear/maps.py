@@ -74,6 +74,12 @@ class MapResult:
     revolutions: int
     base: str
 
+    @property
+    def largest_angle(self) -> float | None:
+        """The largest vibration angle of any cell [rad]; None where every cell failed."""
+        known = self.peak_angle[~np.isnan(self.peak_angle)]
+        return float(known.max()) if known.size else None
+
     def rattle(self, mesh: str | None = None) -> NDArray[np.int64]:
         """0 none, 1 one-sided, 2 two-sided (``RATTLE``) of one mesh, or the worst of all; -1 for a cell that could not be run."""
         if mesh is not None and mesh not in self.meshes:
@@ -89,11 +95,14 @@ class MapResult:
         counted = (
             ", ".join(f"{name} {int(np.sum(worst == k))}" for k, name in enumerate(RATTLE)) if self.meshes else "no gear pair"
         )
-        failed = f", {len(self.failures)} failed" if self.failures else ""
-        peak = np.degrees(np.nanmax(self.peak_angle))
+        failed = ""
+        if self.failures:
+            (row, column), why = next(iter(self.failures.items()))
+            failed = f"; {len(self.failures)} cells failed, the first in row {row + 1}, column {column + 1}: {why}"
+        largest = f"; largest vibration angle {np.degrees(self.largest_angle):.4g} deg" if self.largest_angle is not None else ""
         return (
-            f"operating map of {self.model!r}: {self.first} x {self.second}, {worst.size} cells; rattle: {counted}{failed}; "
-            f"largest vibration angle {peak:.4g} deg"
+            f"operating map of {self.model!r}: {self.first} x {self.second}, {worst.size} cells; rattle: {counted}"
+            f"{largest}{failed}"
         )
 
     __repr__ = __str__

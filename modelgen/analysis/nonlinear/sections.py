@@ -61,12 +61,17 @@ class SectionResult:
     outcome: Outcome
     message: str
 
+    @property
+    def failure(self) -> str:
+        """Why the run did not reach its end; empty where it did."""
+        return "" if self.outcome.is_good else self.message
+
     def __str__(self) -> str:
         found = f"period {self.period}" if self.period else "no period up to 16"
-        return (
-            f"section of {self.model!r} at the {self.section}: {len(self.times)} points after {self.transient}, {found} "
-            f"(residual {self.residual:.2g} of the scales)"
-        )
+        head = f"section of {self.model!r} at the {self.section}: {len(self.times)} points after {self.transient}"
+        if self.failure:
+            return f"{head}; the run failed, {self.failure}"
+        return f"{head}, {found} (residual {self.residual:.2g} of the scales)"
 
     __repr__ = __str__
 

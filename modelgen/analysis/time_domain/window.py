@@ -48,7 +48,8 @@ def settled_window(
         raise CaseError(f"driveline {model.name!r}", "has no base frequency to count revolutions of", "give a window in seconds")
     slowest, name = min(named)
     period = float(2 * np.pi / slowest)
-    rates = damped_pairs(point)[2]
+    pairs = damped_pairs(point)
+    rates = np.concatenate([pairs.decay_rates, pairs.rates[~np.isnan(pairs.rates)]])  # overdamped modes creep
     vibrating = rates[rates > 0]
     needed = log(1 / decay) / vibrating.min() if len(vibrating) == len(rates) and len(rates) else np.inf
     available = max(0, int(longest / period) - revolutions)

@@ -61,7 +61,7 @@ def test_crankshaft_limits() -> None:
     assert value(four, speed_ratio=0.5) == pytest.approx(39.0)
     assert value(other, speed_ratio=1.0) == pytest.approx(16.0)
     assert value(four, speed_ratio=1.1) == pytest.approx(21 + 237 * 0.3 * math.sqrt(0.1))
-    assert value(four, speed_ratio=1.0, tensile_strength="660 MPa") == pytest.approx(21 * (1 + 2 / 3 * 0.5))
+    assert value(four, speed_ratio=1.0, tensile_strength="660 MPa", steel="low_alloy") == pytest.approx(21 * (1 + 2 / 3 * 0.5))
     assert value(four, speed_ratio=1.0, tensile_strength="400 MPa") == pytest.approx(21.0)
     assert value(rule("kr_crankshaft_transient").given(engine="four_stroke"), speed_ratio=0.5) == pytest.approx(78.0)
 

@@ -4,8 +4,8 @@ Part of ``lower``: the sentence that its files are the words of, said once with 
 kept as flags (``switched``). Where a mode holds a speed s(t, x), its multipliers follow from ds/dt = 0: with x' linear in them,
 A lambda = -b over all held speeds, and a row whose mode does not hold reads lambda = 0. For a speed of flanges held by a torque
 on them, A is G M^-1 G^T. Brogliato, Nonsmooth Mechanics, 3rd ed., ch. 5; Pfeiffer, Glocker, Multibody Dynamics with Unilateral
-Contacts, ch. 5. Beside a small inertia the rounding of lambda alone would move the speed, so what is left of ds/dt is taken out of
-x' again, twice (iterative refinement; Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., ch. 12).
+Contacts, ch. 5. Beside a small inertia the rounding of lambda alone would move the speed, so what is left of ds/dt is taken out
+of x' again, twice (iterative refinement; Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., ch. 12).
 """
 
 from __future__ import annotations
@@ -23,7 +23,6 @@ from modelgen.lowering.clocks import Clocks
 from modelgen.lowering.fixed import Fixed
 from modelgen.lowering.forces import Balance, balance_of, forces_at
 from modelgen.lowering.motion import Motion, coordinates_of
-
 
 REFINEMENTS = 2  # of the rates of held speeds; each takes out what the rounding of double precision has left
 

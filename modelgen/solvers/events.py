@@ -71,7 +71,7 @@ class Events(Firing):
         sides = np.where(np.abs(g) > self.zeros, np.sign(g), 0.0)
         over = (signs * sides < 0) & ((self.directions == 0) | ((self.directions == sides) & ~self.moving))
         np.copyto(self.signs, sides, where=sides != 0)
-        self.size, ending, count = 0.0, None, 0
+        ending, count = None, 0
         for index in np.flatnonzero(over).tolist():
             if ending is None and self.active(index):
                 count += int(self.effect[index])
@@ -175,7 +175,7 @@ class Events(Firing):
     ) -> list[tuple[float, int, int]]:
         """All passings of sections in the step, the first event of each guard with an effect, and touches before it.
 
-        Each as (theta, number, new sign), with sign 0 for a touch. How the guards stand at the end is left in ``grazes``, ``signs``.
+        Each as (theta, number, new sign), with sign 0 for a touch. How guards stand at the end is left in ``grazes``, ``signs``.
         """
         found = []
         enclosures = Enclosures(self.counting.bounds, self.interpolant, guards, self.scaled.parameters)

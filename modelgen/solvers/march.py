@@ -17,7 +17,9 @@ import numpy as np
 from modelgen.solvers.coordinates import ScaledProblem
 from modelgen.solvers.dense_output import DenseOutput
 from modelgen.solvers.diagnosis import chatter, explain
-from modelgen.solvers.events import Events, Restart
+from modelgen.solvers.events import Events
+from modelgen.solvers.firing import Restart
+from modelgen.solvers.first_size import first_size
 from modelgen.solvers.guards import BoundGuards
 from modelgen.solvers.method import BoundStep, Method
 from modelgen.solvers.outcome import Ending, Outcome
@@ -235,19 +237,12 @@ class _March:
         return t_new - self.t, t_new  # exactly the distance between two floating-point times
 
     def first_size(self) -> float:
-        """Hairer's starting rule, with time measured in units in which a state moves by a hundredth of its scale."""
+        """The size of the first step: given, or estimated."""
         if self.options.first_step is not None:
             return self.options.first_step
-        slope = self.state[1]
-        speed, horizon = float(np.abs(slope).max()), self.scaled.problem.horizon
-        unit = min(0.01 / speed if speed > 0 else 1e-6 * horizon, horizon, self.ceiling)
-        bend = self.scaled.rates(self.t + unit, self.state[0] + unit * slope) - slope
         self.evaluations += 1
-        size = max(unit * speed, unit * float(np.abs(bend).max()))
-        if not math.isfinite(size):
-            return self.floor
-        factor = (0.01 * self.options.tolerance / size) ** (1 / self.method.control) if size > 0 else 100.0
-        return unit * min(100.0, factor)
+        tolerance, power = 0.01 * self.options.tolerance, self.method.control
+        return max(first_size(self.scaled, self.t, self.state, tolerance, power, self.ceiling), self.floor)
 
     def smooth(self) -> None:
         """Step sizes in proportion to the error to the power -1/(p+1), damped by the error of the step before."""

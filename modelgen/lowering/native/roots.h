@@ -43,7 +43,7 @@ static void turn(Counting *c, double a, double b) {
   double at_a, at_b;
   guard_at(c, a, &at_a), guard_at(c, b, &at_b);
   if (!(at_a * at_b < 0)) return;
-  double place = locate(c->task, c->k, c->lane, c->task->surfaces + c->surface, at_b < 0, a, b, at_a, at_b);
+  double place = locate(c->task, c->k, c->lane, c->task->surfaces + c->surface, at_a < 0, a, b, at_a, at_b);
   add_place(c, place, guard_at(c, place, 0), 0.0, at_a < 0 ? -1.0 : 1.0);
 }
 
@@ -189,7 +189,7 @@ static void walk(Counting *c, int64_t n, int64_t direction, double *side, double
       *side = side_there;
     }
     if (clear) {
-      if (*graze < INFINITY && *side == side_there) note(c->task, c->k, c->lane, c->task->crossings + n, *graze);
+      if (*graze < INFINITY && *side * side_there > 0) note(c->task, c->k, c->lane, c->task->crossings + n, *graze);
       *graze = NAN, closest = INFINITY;
     } else if (!(*graze == INFINITY) && fabs(place->value) < closest) {
       *graze = place->time, closest = fabs(place->value);

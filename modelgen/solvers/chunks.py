@@ -25,6 +25,7 @@ from modelgen.solvers.coordinates import ScaledProblem, symbols_for
 from modelgen.solvers.diagnosis import chatter, explain
 from modelgen.solvers.outcome import Ending, Outcome
 from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Statistics, Trajectory, Vector
+from modelgen.solvers.time_breaks import time_breaks
 from modelgen.solvers.watch import Watch
 
 LONGEST = 0.3  # s of wall clock that a chunk may take at the very worst
@@ -34,6 +35,7 @@ UNKNOWN_SIZE = 10_000  # instructions of a function that does not tell
 LEAST = 16  # that are allowed, however dear
 CAUTIOUS = 1000  # steps allowed in the first chunk, and in one after a chunk that failed
 SHRINK, GROWTH = 8, 4
+MANY_BREAKS = 64  # of a law in time, beyond which each chunk holds one output or none
 NEAR = 1e-3  # of the horizon: so close to the trouble, its reason is looked for
 
 
@@ -73,8 +75,8 @@ class _Integrators:
     than 1e-9 without a word. The start and the unit are parameters.
     """
 
-    def __init__(self, scaled: ScaledProblem, plugin: Plugin, options: SolverOptions, floor: float) -> None:
-        self.plugin, self.options, self.floor, self.scaled = plugin, options, floor, scaled
+    def __init__(self, scaled: ScaledProblem, plugin: Plugin, options: SolverOptions, floor: float, single: bool) -> None:
+        self.plugin, self.options, self.floor, self.scaled, self.single = plugin, options, floor, scaled, single
         n, symbols = scaled.size, symbols_for(scaled.rate)
         tau, y, p = symbols.sym("tau"), symbols.sym("y", n), symbols.sym("p", 2 + scaled.parameters.size)
         start, unit, q = p[0], p[1], p[2:]
@@ -85,7 +87,9 @@ class _Integrators:
     def gain(self, t: float, y: Vector, times: Vector, allowed: int) -> tuple[Vector, dict[str, Any]]:
         """What y gains from t to each of the times (n, nx), and the statistics; raises RuntimeError as CasADi does."""
         offsets = times - t
-        unit = 2.0 ** math.floor(math.log2(np.diff(offsets, prepend=0.0).min()))
+        # Between breaks no two chunks are alike but in their one end: in units of their length they share an integrator.
+        alone = self.single and offsets.size == 1
+        unit = float(offsets[0]) if alone else 2.0 ** math.floor(math.log2(np.diff(offsets, prepend=0.0).min()))
         chunk = self.over(offsets / unit, unit, allowed)
         parameters = np.concatenate([[t, unit], self.scaled.parameters_from(y)])
         with _quiet() if self.plugin.noisy else contextlib.nullcontext():
@@ -142,7 +146,8 @@ class _Run:
         self.done = int(problem.times[0] == problem.t0)  # outputs reached; the start itself is zero
         self.reach = problem.horizon / 64
         self.floor = max(options.budget.smallest_step * problem.horizon, 64 * math.ulp(float(np.abs(problem.times).max())))
-        self.integrators = _Integrators(self.scaled, plugin, options, self.floor)
+        self.breaks, self.passed = time_breaks(problem), 0
+        self.integrators = _Integrators(self.scaled, plugin, options, self.floor, single=len(self.breaks) > MANY_BREAKS)
         self.affordable = LONGEST / (5e-6 + plugin.rates_per_step * seconds_per_rate(problem.rhs))  # steps in a chunk
         self.ceiling = CAUTIOUS  # the same, by experience
         self.pace = problem.horizon / CAUTIOUS  # mean step of the last chunk [s]
@@ -198,13 +203,21 @@ class _Run:
         return min(self.affordable, self.ceiling)
 
     def next_times(self) -> Vector:
-        """The output times within reach, as many as the budget of a chunk allows; without any, just the reach."""
-        times = self.problem.times
+        """The output times within reach, as many as the budget of a chunk allows; without any, just the reach.
+
+        A chunk ends just before the next break of a law in time.
+        """
+        times, stop = self.problem.times, self.t + self.reach
+        if self.passed < len(self.breaks):
+            stop = min(stop, float(self.breaks.before[self.passed]))
+        if self.integrators.single:
+            return np.array([min(stop, float(times[self.done]))])
         most = max(1, int(self.affordable_steps() / FEWEST))
-        last = int(np.searchsorted(times, self.t + self.reach, side="right"))
+        last = int(np.searchsorted(times, stop, side="right"))
         if last == self.done:
-            return np.array([self.t + self.reach])
-        return times[self.done : min(last, self.done + most)]
+            return np.array([stop])
+        found = times[self.done : min(last, self.done + most)]
+        return found if stop == self.t + self.reach or last > self.done + most or found[-1] == stop else np.append(found, stop)
 
     def accept(self, times: Vector, gained: Vector, counts: Vector) -> None:
         """Take a chunk over, and let the next one reach as far as the steps of this one suggest."""
@@ -212,10 +225,11 @@ class _Run:
         if self.problem.times[self.done] <= times[-1]:
             values = self.y + gained
             inside = np.abs(values).max(axis=1) <= self.options.budget.bound
-            kept = times.size if inside.all() else int(np.argmin(inside))
+            kept = int(np.count_nonzero(np.isin(times, self.problem.times))) if inside.all() else int(np.argmin(inside))
             self.values[self.done : self.done + kept] = values[:kept]
             self.done += kept
         self.t, self.y = float(times[-1]), self.y + gained[-1]
+        self.cross()
         self.counts += counts
         self.pace = length / max(1, counts[0])
         self.ceiling *= 2
@@ -224,6 +238,18 @@ class _Run:
             self.reach *= 2  # powers of two: the same integrators serve again
         if possible < self.reach / 2:
             self.reach /= 2
+
+    def cross(self) -> None:
+        """Go over a break before which the run stands: outputs on it take the state there, which goes on with its slope."""
+        if self.passed == len(self.breaks) or self.t < self.breaks.before[self.passed]:
+            return
+        after, times = float(self.breaks.after[self.passed]), self.problem.times
+        self.passed += 1
+        while self.done < times.size and times[self.done] <= after:
+            self.values[self.done] = self.y
+            self.done += 1
+        self.y = self.y + (after - self.t) * self.scaled.rates(self.t, self.y)
+        self.t = after
 
     def shorten(self, length: float, reason: str) -> Ending | None:
         """After a chunk that failed: name the trouble, or try a shorter one."""

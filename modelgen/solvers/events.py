@@ -1,9 +1,10 @@
-"""Events of a run: what fires where, what it changes, and the log.
+"""Events of a run: what fires where, and how the run goes on after it.
 
 Part of ``solvers``; kept by ``march`` where a problem has switching. An event with an effect (a mode, a reset, a stop) cuts the
-step at its place on the dense output; a section is only noted. After an event the modes that are lawful there are found by
-following guards that are already beyond zero. Signs are kept over steps: a guard has crossed when it is on the other side of zero
-than it was, and one that starts at zero has the sign that the motion takes next.
+step at its place on the dense output; a section is only noted. What follows from an event at its time is found by ``firing``.
+Signs are kept over steps: a guard has crossed when it is on the other side of zero than it was, and one that starts at zero has
+the sign that the motion takes next. A guard that its reset has taken away from zero has the sign of its value, so it may fire
+again within the very next step. What comes within a few roundings of zero and turns back is noted as a touch.
 
 Policy: ``SolverOptions.events`` "auto" locates events where a law jumps or has memory, where a state is reset, and where sections
 are asked for; a law that is only kinked (backlash) is left to the error control, which costs up to twice the evaluations where
@@ -14,113 +15,145 @@ look at them per step (some 15 % of the time on the 16-degree truck on the virtu
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from modelgen.lowering.guard_kinds import SAMPLED, guard_counting
 from modelgen.lowering.switching import Switching
 from modelgen.solvers.coordinates import ScaledProblem
 from modelgen.solvers.event_log import EventLog
-from modelgen.solvers.guards import BoundGuards, guard_floors, guard_functions
-from modelgen.solvers.location import crossings
-from modelgen.solvers.method import BoundStep, Method, bind
+from modelgen.solvers.firing import MANY, Firing, Restart
+from modelgen.solvers.guards import REST, TOUCH, BoundGuards, guard_functions
+from modelgen.solvers.location import EXCUSED, NONE, Passing
+from modelgen.solvers.method import BoundStep, Method
 from modelgen.solvers.outcome import Ending, Outcome
 from modelgen.solvers.problem import SolverOptions, Vector
+from modelgen.solvers.root_counting import Enclosures, RootCounting
 
-MANY = 32  # events at one time, or one after the other without time to speak of, that are no accident
 MOMENT = 1e-10  # of the horizon: no time to speak of
 
 
-@dataclass(frozen=True, eq=False)
-class Restart:
-    """Where a run goes on after an event: time, y, and the ending if it does not."""
-
-    time: float
-    y: Vector
-    ending: Ending | None
-
-
-class Events:
+class Events(Firing):
     """The events of one run; ``q`` of the scaled problem holds the flags of the present modes."""
 
     def __init__(self, switching: Switching, scaled: ScaledProblem, method: Method, options: SolverOptions) -> None:
-        self.switching, self.scaled, self.options = switching, scaled, options
-        self.p = scaled.parameters[2 * scaled.size :]
-        self.functions = guard_functions(switching, method.interpolant, scaled.size)
-        count = len(switching.crossings)
-        self.start, self.signs = np.zeros(2 * count), np.zeros(count)
-        self.floors, self.zeros = guard_floors(switching, scaled.problem, options.tolerance)
-        self.directions = np.array([crossing.direction for crossing in switching.crossings])
-        self.effect = np.array(
-            [each.variable is not None or each.reset is not None or each.stops for each in switching.crossings], dtype=bool
-        )
-        self.moving = np.array(
-            [each.variable is not None and each.enter != each.leave for each in switching.crossings], dtype=bool
-        )
-        self.leaps = np.array([each.variable is None and each.reset is not None for each in switching.crossings], dtype=bool)
-        self.acts = np.array([each.variable is not None or each.reset is not None for each in switching.crossings], dtype=bool)
-        self.flags = np.array([mode.first + k for mode in switching.modes for k in range(len(mode.values))], dtype=int)
-        self._point = np.zeros(1), np.zeros(scaled.size), np.zeros(scaled.size), scaled.parameters
-        self._rates, self._evaluate_rates = bind(self.functions.rates, self._point, (self.start,))
-        self.times: list[float] = []
-        self.which: list[int] = []
-        self.states: list[Vector] = []
+        super().__init__(switching, scaled, guard_functions(switching, method.interpolant, scaled.size), options)
+        crossings, count = switching.crossings, len(switching.crossings)
+        self.interpolant, self.counting = method.interpolant, guard_counting(switching)
+        self.ways = list(self.counting.ways)
+        self.signs, self.grazes = np.zeros(count), np.full(count, EXCUSED)
+        self.limits = np.array([self.floors, TOUCH * self.zeros, np.zeros(count)])
+        self.acts = np.array([each.variable is not None or each.reset is not None for each in crossings], dtype=bool)
+        self.effect = self.acts | np.array([each.stops for each in crossings], dtype=bool)
+        self.leaps = np.array([each.variable is None and each.reset is not None for each in crossings], dtype=bool)
         self.initial: tuple[int, ...] = ()
-        first, last = float(scaled.problem.times[0]), float(scaled.problem.times[-1])
-        self.window, self.settled, self.held = (first, last), first, np.zeros(self.flags.size)
-        self.fired: set[int] = set()
-        self.jumped = self.unsettled = False
-        self.last, self.intervals, self.size = -math.inf, list[float](), 0.0
+        self.touches: list[tuple[float, int]] = []
+        self.unsettled = False
+        self.last, self.intervals, self.size, self.returns = -math.inf, list[float](), 0.0, 0
 
     def bind(self, bound: BoundStep) -> BoundGuards:
         """The guards over the steps of a bound step."""
-        return BoundGuards(self.functions, bound, self.scaled.parameters, self.start, self.floors)
+        return BoundGuards(self.functions, bound, self.scaled.parameters, self.start, self.limits)
 
     def begin(self, t: float, y: Vector) -> Restart:
         """The lawful modes at the start of a run, with the resets on the way there; nothing of it is logged."""
         self.jumped = True
-        restart = Restart(t, *self._chain(t, y, 0, logged=False))
+        restart = Restart(t, *self.chain(t, y, 0, None, logged=False))
+        self.entered.clear()
         self.initial = tuple(mode.of(self.p) for mode in self.switching.modes)
         return restart
 
+    def jump(self, t: float, y: Vector, after: float, y_after: Vector) -> Restart:
+        """Go on behind a place where laws jump in time: what jumps over zero there fires, and the modes follow."""
+        before, signs = self.before(t, y), self.signs.copy()
+        g = self.value(after, y_after).copy()
+        sides = np.where(np.abs(g) > self.zeros, np.sign(g), 0.0)
+        over = (signs * sides < 0) & ((self.directions == 0) | ((self.directions == sides) & ~self.moving))
+        np.copyto(self.signs, sides, where=sides != 0)
+        ending, count = None, 0
+        for index in np.flatnonzero(over).tolist():
+            if ending is None and self.active(index):
+                count += int(self.effect[index])
+                if self.effect[index]:
+                    y_after, ending = self.fire(after, y_after, index)
+                else:
+                    ending = self.log_event(after, index, y_after)
+        if ending is None:
+            y_after, ending = self.chain(after, y_after, count, before)
+        return Restart(after, y_after, ending)
+
+    def returning(self, t: float, y: Vector, slope: Vector) -> Restart | None:
+        """Where a mode that was entered by a jump is left again without time passing: on from the one that holds instead.
+
+        (Of several held speeds one that was let go may be held again by what let go after it.)
+        """
+        if not self.entered:
+            return None
+        self.evaluate(t, y, slope)
+        g, rate = (self.directions * each for each in np.split(self.start, 2))
+        moment = MOMENT * self.scaled.problem.horizon
+        leaving = self.moving & (rate > 0) & (-g <= rate * moment)
+        crossings = self.switching.crossings
+        found = [n for n in np.flatnonzero(leaving).tolist() if crossings[n].variable in self.entered and self.active(n)]
+        if not found:
+            return None
+        self.returns += 1
+        if self.returns > MANY:
+            return Restart(t, y, self.ending(Outcome.EVENT_CHATTER, t, found[0]))
+        before = self.before(t, y)
+        y, ending = self.fire(t, y.copy(), found[0])
+        if ending is None:
+            y, ending = self.chain(t, y, 1, before)
+        return Restart(t, y, ending)
+
     def restart(self, t: float, y: Vector, slope: Vector) -> None:
         """Values and signs of all guards at the start of the next step, after an event or at the start of a run."""
-        self._evaluate(t, y, slope)
+        self.evaluate(t, y, slope)
         g, rate = np.split(self.start, 2)
         near = np.abs(g) <= self.zeros
         ahead = np.where(near, np.sign(rate), np.sign(g))
         # A guard at zero that changes something starts on the side from which it fires: it does if the motion goes there. One
-        # that just fired has the sign of the motion, unless it was brought to rest there. (A stop may be where a run starts.)
+        # that just fired has the sign of the motion, unless it was brought to rest there, or taken away. (A stop may be where a
+        # run starts.)
         resting = np.abs(rate) * self.size <= self.zeros
         waiting = self.acts & near & (self.directions != 0)
-        fired = np.isin(np.arange(g.size), list(self.fired)) & self.effect & ~(waiting & resting & self.leaps)
+        there = np.array([self.fired.get(index, math.nan) for index in range(g.size)])
+        fired = (np.abs(g - there) <= self.zeros) & self.effect & ~(waiting & resting & self.leaps)
         fresh = np.where(waiting, -self.directions, ahead)
         np.copyto(self.signs, np.where(fired, np.sign(rate), fresh), where=self.effect | self.jumped)
+        self.grazes = np.where(np.abs(g) <= self.limits[1], EXCUSED, NONE)
+        moment = float(self.scaled.problem.times[-1])
+        self.limits[2] = REST * self.counting.rests(min(t, moment), moment, self.p)
         self.fired.clear()
-        self.jumped = False
+        self.entered.clear()
+        self.jumped, self.returns = False, 0
         self._look_at_signs()
 
     def advance(self, guards: BoundGuards, t: float, h: float, t_new: float) -> Restart | None:
         """Go over an accepted step in which something may have crossed; where to go on, if an event with an effect cuts it."""
         width = max(4 * math.ulp(max(abs(t), abs(t_new))) / h, np.finfo(float).eps)
         self.size = h
-        for theta, index, sign in sorted(self._found(guards, width)):
+        grazes, signs = self.grazes.copy(), self.signs.copy()
+        for theta, index, sign in sorted(self._found(guards, t, h, width, grazes, signs)):
             time = min(t + theta * h, t_new)
+            if sign == 0:
+                self.touches.append((time, index))
+                continue
             place, values = guards.at(theta)
             if self.effect[index]:
                 return self._cut(time, index, place.copy(), values.copy())
             self.signs[index] = sign
-            if self.directions[index] in (0, sign) and (ending := self._log(time, index, place)) is not None:
+            if self.directions[index] in (0, sign) and (ending := self.log_event(time, index, place)) is not None:
                 return Restart(time, place.copy(), ending)
+        self.grazes, self.signs = grazes, signs
         self.start[:] = guards.end
-        self._note_signs(guards.end[: self.signs.size])
         self._look_at_signs()
         return None
 
     def log(self, t: float) -> EventLog:
         """What happened until t."""
-        self._settle(t)
+        self.settle(t)
         span = self.settled - self.window[0]
         which = np.array(self.which, dtype=np.int64)
         return EventLog(
@@ -131,81 +164,61 @@ class Events:
             counts=np.bincount(which, minlength=self.signs.size).astype(np.int64),
             shares=self.held / span if span > 0 else self.p[self.flags].copy(),
             start=self.initial,
+            counting=tuple(self.ways),
+            touch_times=np.array([time for time, _ in self.touches], dtype=float),
+            touch_which=np.array([index for _, index in self.touches], dtype=np.int64),
+            roundings=self.zeros,
         )
 
-    def _found(self, guards: BoundGuards, width: float) -> list[tuple[float, int, int]]:
-        """All passings of sections in the step, and the first event of each guard with an effect: (theta, number, new sign)."""
+    def _found(
+        self, guards: BoundGuards, t: float, h: float, width: float, grazes: Vector, signs: Vector
+    ) -> list[tuple[float, int, int]]:
+        """All passings of sections in the step, the first event of each guard with an effect, and touches before it.
+
+        Each as (theta, number, new sign), with sign 0 for a touch. How guards stand at the end is left in ``grazes``, ``signs``.
+        """
         found = []
+        enclosures = Enclosures(self.counting.bounds, self.interpolant, guards, self.scaled.parameters)
         for index in range(self.signs.size):
-            if not self._active(index):
+            if not self.active(index):
+                end = float(guards.end[index])
+                signs[index] = math.copysign(1.0, end) if abs(end) > self.zeros[index] else signs[index]
                 continue
-            for theta, sign in crossings(guards, index, float(self.signs[index]), width, float(self.zeros[index])):
-                fires = self.directions[index] in (0, sign)
+            counting = RootCounting(guards, index, self.counting.ways[index], enclosures, float(self.zeros[index]), width)
+            walk = Passing(counting, float(self.signs[index]), float(grazes[index]))
+            for theta, sign in walk.walk(t, h):
+                fires = sign == 0 or self.directions[index] in (0, sign)
                 if fires or not self.effect[index]:
                     found.append((theta, index, sign))
-                if fires and self.effect[index]:
+                if sign and fires and self.effect[index]:
                     break
+            grazes[index], signs[index] = walk.graze, walk.sign
+            if not counting.decided:
+                self.ways[index] = SAMPLED
         return found
 
     def _cut(self, t: float, first: int, y: Vector, values: NDArray[np.float64]) -> Restart:
         """The event at t, all others at the same place, and the modes that follow from them."""
         g, rate = np.split(values, 2)
         sides = np.where(~self.acts & (np.abs(g) <= self.zeros), np.sign(rate), np.sign(g))
-        watched = np.array([self._active(index) for index in range(g.size)], dtype=bool)
+        watched = np.array([self.active(index) for index in range(g.size)], dtype=bool)
         together = watched & (self.signs * sides < 0) & ((self.directions == 0) | (self.directions == sides))
         np.copyto(self.signs, sides, where=sides != 0)
         together[first] = True
+        before = self.before(t, y)
         count, ending = 0, self._crowded(t, first, abs(float(rate[first])))
         for index in np.flatnonzero(together).tolist():
             if ending is not None:
                 break
             if not self.effect[index]:
-                ending = self._log(t, index, y)
-            elif not self.acts[index] or (self._active(index) and (count == 0 or self._value(t, y)[index] * sides[index] > 0)):
-                y, ending = self._fire(t, y, index)
+                ending = self.log_event(t, index, y)
+            elif not self.acts[index] or (self.active(index) and (count == 0 or self.value(t, y)[index] * sides[index] > 0)):
+                y, ending = self.fire(t, y, index)
                 count += 1
         if ending is None:
-            y, ending = self._chain(t, y, count)
+            self.entered.clear()  # by the event itself
+            y, ending = self.chain(t, y, count, before)
         return Restart(t, y, ending)
-
-    def _chain(self, t: float, y: Vector, count: int, logged: bool = True) -> tuple[Vector, Ending | None]:
-        """Fire guards that are beyond zero in the present modes, until none is."""
-        while True:
-            beyond = self.moving & (self.directions * self._value(t, y) > self.zeros)
-            index = next((each for each in np.flatnonzero(beyond).tolist() if self._active(each)), None)
-            if index is None:
-                return y, None
-            count += 1
-            if count > MANY:
-                return y, self._ending(Outcome.EVENT_CHATTER, t, index)
-            y, ending = self._fire(t, y, index, logged)
-            if ending is not None:
-                return y, ending
-
-    def _fire(self, t: float, y: Vector, index: int, logged: bool = True) -> tuple[Vector, Ending | None]:
-        """One event: log, reset, change of mode."""
-        crossing, problem = self.switching.crossings[index], self.scaled.problem
-        ending = self._log(t, index, y) if logged else None
-        if ending is not None:
-            return y, ending
-        self.fired.add(index)
-        if crossing.reset is not None and self.switching.resets is not None:
-            x = np.array(self.switching.resets(t, self.scaled.states(y), self.p))[:, crossing.reset]
-            y = (x - problem.x0) / problem.scale
-            self.jumped = True
-        if crossing.variable is not None and crossing.enter is not None:
-            self._settle(t)
-            self.switching.modes[crossing.variable].put(self.p, crossing.enter)
-        return y, self._ending(Outcome.EVENT, t, index) if crossing.stops else None
-
-    def _log(self, t: float, index: int, y: Vector) -> Ending | None:
-        budget = self.options.budget.max_events
-        if len(self.times) >= budget:
-            return self._ending(Outcome.MAX_EVENTS, t, index, budget=budget)
-        self.times.append(t)
-        self.which.append(index)
-        self.states.append(self.scaled.states(y))
-        return None
 
     def _crowded(self, t: float, index: int, rate: float) -> Ending | None:
         """Whether events follow each other without time to speak of, or motion: ever faster (Zeno), or not."""
@@ -219,35 +232,9 @@ class Events:
             return None
         early, late = sum(self.intervals[: MANY // 2]), sum(self.intervals[MANY // 2 :])
         shrinking = late < 0.9 * early and early > 64 * MANY / 2 * math.ulp(t)  # a few last digits of the time are rounding
-        return self._ending(Outcome.ZENO if shrinking else Outcome.EVENT_CHATTER, t, index)
-
-    def _ending(self, outcome: Outcome, t: float, index: int, **facts: float) -> Ending:
-        return Ending(outcome, outcome.sentence(time=t, event=self.switching.crossings[index].name, **facts))
-
-    def _active(self, index: int) -> bool:
-        crossing = self.switching.crossings[index]
-        if crossing.variable is None or crossing.leave is None:
-            return True
-        return bool(self.p[self.switching.modes[crossing.variable].first + crossing.leave] > 0.5)
-
-    def _note_signs(self, g: NDArray[np.float64]) -> None:
-        np.copyto(self.signs, np.sign(g), where=np.abs(g) > self.zeros)
+        return self.ending(Outcome.ZENO if shrinking else Outcome.EVENT_CHATTER, t, index)
 
     def _look_at_signs(self) -> None:
-        """Note whether a guard starts the next step on another side than that of its value: then it must be looked at."""
-        self.unsettled = bool(np.any(self.signs * self.start[: self.signs.size] <= 0))
-
-    def _value(self, t: float, y: Vector) -> NDArray[np.float64]:
-        """The guards at a point."""
-        self._evaluate(t, y, np.zeros_like(y))
-        return self.start[: self.signs.size]
-
-    def _evaluate(self, t: float, y: Vector, slope: Vector) -> None:
-        self._point[0][0], self._point[1][:], self._point[2][:] = t, y, slope
-        self._evaluate_rates()
-
-    def _settle(self, t: float) -> None:
-        """Count the time until t for the present modes."""
-        until = min(max(t, self.window[0]), self.window[1])
-        self.held += self.p[self.flags] * (until - self.settled)
-        self.settled = until
+        """Note whether a guard starts the next step near zero, or on another side than that of its value."""
+        g = self.start[: self.signs.size]
+        self.unsettled = bool(np.any((self.signs * g <= 0) | (np.abs(g) <= self.limits[1]) | (self.grazes < EXCUSED)))

@@ -17,11 +17,14 @@ import numpy as np
 from modelgen.solvers.coordinates import ScaledProblem
 from modelgen.solvers.dense_output import DenseOutput
 from modelgen.solvers.diagnosis import chatter, explain
-from modelgen.solvers.events import Events, Restart
+from modelgen.solvers.events import Events
+from modelgen.solvers.firing import Restart
+from modelgen.solvers.first_size import first_size
 from modelgen.solvers.guards import BoundGuards
 from modelgen.solvers.method import BoundStep, Method
 from modelgen.solvers.outcome import Ending, Outcome
 from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Statistics, Trajectory
+from modelgen.solvers.time_breaks import time_breaks
 from modelgen.solvers.watch import Watch
 
 SAFETY = 0.9
@@ -48,6 +51,9 @@ class _March:
         self.options, self.method = options, method
         self.scaled = ScaledProblem(problem)
         self.t, self.end = problem.t0, float(problem.times[-1])
+        self.breaks = time_breaks(problem)
+        self.passed = 0  # of the breaks
+        self.asked = 0.0  # size that was wanted before it was cut short at the end or at a break
         self.state = np.zeros((2, self.scaled.size))
         self.events = Events(problem.switching, self.scaled, method, options) if problem.switching is not None else None
         self.trial = self.bound_step()
@@ -84,7 +90,10 @@ class _March:
             largest_step=self.largest if self.steps else None,
         )
         trajectory = self.scaled.trajectory(self.output.reached(), ending, cost)
-        return trajectory if self.events is None else replace(trajectory, events=self.events.log(self.t))
+        if self.events is None:
+            return trajectory
+        log = self.events.log(self.t)
+        return replace(trajectory, events=replace(log, breaks=self.breaks.times[: self.passed]))
 
     def go(self) -> None:
         """Start, and step to the end by the rule of the options."""
@@ -107,11 +116,30 @@ class _March:
     def restart(self, found: Restart) -> None:
         """Go on from an event, or end there."""
         assert self.events is not None
-        self.t, self.state[0] = found.time, found.y
-        if found.ending is not None:
-            raise _StopError(found.ending)
-        self.new_slope()
+        again: Restart | None = found
+        while again is not None:
+            self.t, self.state[0] = again.time, again.y
+            if again.ending is not None:
+                raise _StopError(again.ending)
+            self.new_slope()
+            again = self.events.returning(self.t, *self.state)
         self.events.restart(self.t, *self.state)
+
+    @property
+    def stop(self) -> float:
+        """The time that no step may cross: just before the next break, or the end."""
+        return float(self.breaks.before[self.passed]) if self.passed < len(self.breaks) else self.end
+
+    def cross(self) -> None:
+        """Go over the break before which the run stands, on to its other side."""
+        after = float(self.breaks.after[self.passed])
+        self.passed += 1
+        before, place = self.t, self.state[0].copy()
+        self.t, self.state[0] = after, place + (after - before) * self.state[1]
+        if self.events is None:
+            self.new_slope()
+        else:
+            self.restart(self.events.jump(before, place, after, self.state[0].copy()))
 
     def explain(self, step: float, fallback: Outcome, **facts: Any) -> Ending:
         budgets: dict[Outcome, float] = {
@@ -167,7 +195,7 @@ class _March:
         return h
 
     def accept(self, step: Trial, t_new: float, h: float) -> bool:
-        """Take the step over: outputs, statistics, and the state of the next one; whether an event cut it."""
+        """Take the step over: outputs, statistics, and the state of the next one; whether an event or a break ends it."""
         bound, guards = step
         cut = None
         if self.events is not None and guards is not None:
@@ -175,7 +203,8 @@ class _March:
                 cut = self.events.advance(guards, self.t, h, t_new)
             else:
                 np.copyto(self.events.start, guards.end)
-        until = t_new if cut is None else cut.time
+        at_break = cut is None and t_new < self.end and t_new == self.stop
+        until = cut.time if cut is not None else float(self.breaks.after[self.passed]) if at_break else t_new
         if self.output.next_time <= until:
             self.evaluations += bound.complete()
             self.output.record(self.t, h, until, self.state, bound.nodes)
@@ -183,10 +212,14 @@ class _March:
         self.largest = max(self.largest, h)
         self.smallest = min(self.smallest, h)
         if cut is not None:
+            self.asked = 0.0
             self.restart(cut)
             return True
         self.state[:] = bound.nodes[-2:]
         self.t = t_new
+        if at_break:
+            self.cross()
+            return True
         if self.steps >= self.next_check:
             self.next_check += min(self.steps, RARELY)
             if (found := chatter(self.scaled, t_new, self.state[0].copy(), h)) is not None:
@@ -194,28 +227,22 @@ class _March:
         return False
 
     def clip(self, h: float) -> tuple[float, float]:
-        """A size at most as large as wanted, and the time that it leads to: no sliver is left before the end."""
-        h = min(h, self.ceiling)
-        remaining = self.end - self.t
+        """A size at most as large as wanted, and the time that it leads to: no sliver is left before a break or the end."""
+        h = self.asked = min(h, self.ceiling)
+        stop = self.stop
+        remaining = stop - self.t
         if h >= remaining:
-            return remaining, self.end
+            return remaining, stop
         t_new = self.t + (remaining / 2 if 2 * h > remaining else h)
         return t_new - self.t, t_new  # exactly the distance between two floating-point times
 
     def first_size(self) -> float:
-        """Hairer's starting rule, with time measured in units in which a state moves by a hundredth of its scale."""
+        """The size of the first step: given, or estimated."""
         if self.options.first_step is not None:
             return self.options.first_step
-        slope = self.state[1]
-        speed, horizon = float(np.abs(slope).max()), self.scaled.problem.horizon
-        unit = min(0.01 / speed if speed > 0 else 1e-6 * horizon, horizon, self.ceiling)
-        bend = self.scaled.rates(self.t + unit, self.state[0] + unit * slope) - slope
         self.evaluations += 1
-        size = max(unit * speed, unit * float(np.abs(bend).max()))
-        if not math.isfinite(size):
-            return self.floor
-        factor = (0.01 * self.options.tolerance / size) ** (1 / self.method.control) if size > 0 else 100.0
-        return unit * min(100.0, factor)
+        tolerance, power = 0.01 * self.options.tolerance, self.method.control
+        return max(first_size(self.scaled, self.t, self.state, tolerance, power, self.ceiling), self.floor)
 
     def smooth(self) -> None:
         """Step sizes in proportion to the error to the power -1/(p+1), damped by the error of the step before."""
@@ -229,7 +256,7 @@ class _March:
                 h, t_new = self.clip(self.reject(h * max(SMALLEST_SHRINK, factor)))
                 growth = 1.0  # not at once after a rejection
             if self.accept(self.trial, t_new, h):
-                before = 1.0
+                h, before = max(h, self.asked), 1.0
                 continue
             error = max(error, 1e-10)
             factor = SAFETY * error ** (-PRESENT * exponent) * before ** (PAST * exponent)
@@ -263,10 +290,11 @@ class _March:
         for index in range(1, count + 1):
             t_new = start + span * (index / count) if index < count else self.end
             while self.t < t_new:  # again after an event, with a short step
-                h = t_new - self.t
+                until = min(t_new, self.stop)
+                h = until - self.t
                 if self.attempt(self.trial, h) == math.inf:
                     raise _StopError(self.explain(h, no_numbers))
-                self.accept(self.trial, t_new, h)
+                self.accept(self.trial, until, h)
 
 
 def march(problem: InitialValueProblem, options: SolverOptions, method: Method, watch: Watch) -> Trajectory:

@@ -168,10 +168,20 @@ class NativeRuns:
         states = np.concatenate([np.zeros((0, problem.x0.size)), *(part[2] for part in parts)])
         if memory.happened is None or memory.held is None or memory.p_now is None:
             return EventLog(memory.switching, times, which, states, np.zeros(0, dtype=np.int64), np.zeros(0))
-        total = float(memory.facts[job, 0]) - float(problem.times[0])
+        now = float(memory.facts[job, 0])
+        total = now - float(problem.times[0])
         shares = memory.held[job] / total if total > 0 else flags(memory.switching, memory.p_now[job])
-        start = tuple(memory.first_modes[job].tolist())
-        return EventLog(memory.switching, times, which, states, memory.happened[job], shares, start)
+        count = memory.task.crossings
+        events, touches, breaks = which < count, which >= count, memory.breaks[job].times
+        return EventLog(
+            *(memory.switching, times[events], which[events], states[events], memory.happened[job], shares),
+            start=tuple(memory.first_modes[job].tolist()),
+            counting=memory.counting(job),
+            touch_times=times[touches],
+            touch_which=which[touches] - count,
+            breaks=breaks[breaks < now],
+            roundings=memory.guard_zero[job],
+        )
 
     def ending(self, job: int, scaled: ScaledProblem) -> Ending:
         """How a run ended: in C, or because all were stopped."""

@@ -16,15 +16,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.errors import CaseError
+from modelgen.lowering.guard_kinds import SAMPLED, WAYS, guard_counting
 from modelgen.lowering.native import NativeSolver, native_observer
 from modelgen.lowering.native.stages import Stages
 from modelgen.lowering.native.task import COUNTS, FACTS, REDUCTIONS, RULES, Log, Task
 from modelgen.lowering.switching import Switching
 from modelgen.solvers.gather import Gather, written_out
 from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Vector
+from modelgen.solvers.time_breaks import time_breaks
 
 UNTOUCHED = -1
 LOG_ROOM = 1024  # events that a worker notes between two looks
+FINDS, CHAINS = 32, 33 * 33  # events of each guard in a step that are kept, and what may follow from one at its time
 ALL = 2**62
 
 
@@ -72,6 +75,14 @@ class NativeMemory:
         self.p_now: Vector | None = None
         self._observe(gather, jobs, samples)
         self._switch(problems, options)
+        self.breaks = [time_breaks(problem) for problem in problems]
+        most = max(map(len, self.breaks))
+        self.task.break_count = most
+        if most:
+            self.stops = np.full((jobs, 2, most), np.inf)
+            for row, each in zip(self.stops, self.breaks, strict=True):
+                row[:, : len(each)] = each.before, each.after
+            self.task.breaks = self.stops.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
         for name in ("p", "x0", "scale", "times", "states", "last", "facts", "kept", "reduced", "p_now"):
             self._point(name)
         for name in ("next", "counts"):
@@ -110,6 +121,13 @@ class NativeMemory:
         if switching.resets is not None:
             self.resets = native_observer(written_out(switching.resets), many)
             task.resets = self.resets.entry()
+        bounds, rests, self.way = surface_counting(switching)
+        self.bounds, self.rests = native_observer(bounds, many), native_observer(rests, many)
+        task.bounds, task.rests, task.sampled_guards = (
+            self.bounds.entry(),
+            self.rests.entry(),
+            int(WAYS.index(SAMPLED) in self.way),
+        )
         self.crossing, self.mode, values = tables(switching, self.surface)
         task.crossings, task.surfaces, task.reads = len(self.crossing), len(np.unique(self.surface)), len(self.read)
         task.variables, task.all_values = len(self.mode), values
@@ -122,13 +140,19 @@ class NativeMemory:
         self.p_now = self.p.copy()
         for name in ("guard_floor", "guard_zero", "held"):
             self._point(name)
-        for name in ("first_modes", "happened", "crossing", "mode", "read"):
+        self.undecided = np.zeros((jobs, task.crossings), dtype=np.int64)
+        for name in ("first_modes", "happened", "crossing", "mode", "read", "way", "undecided"):
             self._point(name, ctypes.c_int64)
+
+    def counting(self, job: int) -> tuple[str, ...]:
+        """How the guard of each crossing was counted in a run."""
+        ways = [WAYS[way] for way in self.way[self.surface].tolist()]
+        return tuple(SAMPLED if left else way for way, left in zip(ways, self.undecided[job].tolist(), strict=True))
 
     def log(self) -> NativeLog:
         """Room for the events that one worker comes upon."""
         lanes = self.solver.lanes
-        room = LOG_ROOM + 2 * lanes * (4 * self.task.crossings + 64) if self.task.crossings else 0
+        room = LOG_ROOM + 2 * lanes * ((FINDS + 1) * self.task.crossings + CHAINS) if self.task.crossings else 0
         return NativeLog(room, self.solver.states)
 
 
@@ -164,6 +188,22 @@ def distinct_guards(switching: Switching) -> tuple[ca.Function, NDArray[np.int64
     used = [index for index in range(inputs[1].numel()) if ca.depends_on(values, ca.vertcat(inputs[1][index], inputs[2][index]))]
     surface = np.array([distinct.index(each) for each in outputs[:count]], dtype=np.int64)
     return ca.Function("guards", inputs, [ca.densify(values)]), surface, np.array(used, dtype=np.int64)
+
+
+@functools.lru_cache(maxsize=64)
+def surface_counting(switching: Switching) -> tuple[ca.Function, ca.Function, NDArray[np.int64]]:
+    """Of the distinct guards: enclosures of them and their rates, those of ``GuardCounting.rest``, and how each is counted."""
+    counting, surface = guard_counting(switching), distinct_guards(switching)[1]
+    count = len(switching.crossings)
+    first = np.unique(surface, return_index=True)[1]
+    ways = np.array([WAYS.index(counting.ways[index]) for index in first], dtype=np.int64)
+
+    def chosen(function: ca.Function, parts: int) -> ca.Function:
+        inputs = [ca.SX.sym(function.name_in(index), function.sparsity_in(index)) for index in range(4)]
+        rows = [part * count + index for part in range(parts) for index in first.tolist()]
+        return ca.Function(function.name(), inputs, [ca.densify(function(*inputs)[rows])])
+
+    return chosen(counting.bounds, 4), chosen(counting.rest, 2), ways
 
 
 def watched_guards(switching: Switching | None) -> ca.Function | None:

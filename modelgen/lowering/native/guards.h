@@ -1,8 +1,8 @@
-/* Guards of a step: their values where a step is known, whether they are resolved, and where they pass zero.
+/* Guards of a step: their values where a step is known, whether they are resolved, and which may pass zero.
  *
- * The rules are those of solvers/events.py: a guard has the sign of its value; where that is zero, the sign it had before. A step must
- * resolve its guards: at the middle, Hermite's cubic from the ends must meet value and slope. Then on each half a guard has at most one
- * zero, or two where its slopes at the ends lead toward zero and away again. */
+ * The rules are those of solvers/guards.py. A step must resolve its guards: at the middle, Hermite's cubic from the ends must meet value
+ * and slope. A guard that is linear in the states keeps its side where the Bernstein coefficients of the quintic through its values and
+ * rates do, with room for what the guard has beyond it; one that is only sampled, where neither its signs nor its tangents show a zero. */
 
 enum { START, HALF, FULL }; /* nodes of a step */
 
@@ -34,16 +34,47 @@ static void look_ahead(const Task *task, Work *k) {
   look(task, k, FULL, W_AT(k, TIMES - 1), k->now.y_end, k->now.k[END]);
 }
 
+#if HIGH
+/* What guards have beyond the quintic through start, middle and end: its factors of (c0 + c1 theta) (theta (theta - 1/2) (theta - 1))^2. */
+static void look_beyond(const Task *task, Work *k) {
+  S still[2 * SURFACES + 1], moved[2 * SURFACES + 1], v[NX];
+  high_powers(task, k);
+  guard_stage(k->c, W_AT(k, TIMES - 1), k->x, k->now.k[END], still);
+  for (int each = 0; each < 2; ++each) {
+    for (int64_t n = 0; n < task->reads; ++n) v[task->read[n]] = k->now.k[END][task->read[n]] + k->now.high[each][task->read[n]];
+    guard_stage(k->c, W_AT(k, TIMES - 1), k->x, v, moved);
+    for (int n = 0; n < SURFACES; ++n) k->beyond[each][n] = moved[SURFACES + n] - still[SURFACES + n];
+  }
+}
+#endif
+
+/* Which guards that can only be sampled may pass zero. A dip whose tangents meet far from zero stays there. */
+static v_mask sampled(V g0, V g1, V g2, V r0, V r1, V r2, V half, V size, V near) {
+  const V zero = v_all(0.0);
+  V far0 = 0.1 * size * v_fabs(r0 - r1), far1 = 0.1 * size * v_fabs(r1 - r2);
+  V meet0 = v_fabs(g0) * v_fabs(r0 - r1) - r0 * (g1 - half * r1 - g0), meet1 = v_fabs(g1) * v_fabs(r1 - r2) - r1 * (g2 - half * r2 - g1);
+  v_mask b0 = g0 < zero, b1 = g1 < zero, b2 = g2 < zero, rises0 = r0 > zero, rises1 = r1 > zero, rises2 = r2 > zero;
+  v_mask found = (b0 ^ b1) | (b1 ^ b2) | (v_fabs(g0) <= near) | (v_fabs(g1) <= near) | (v_fabs(g2) <= near);
+  found |= ~(b0 ^ rises0) & (rises0 ^ rises1) & (meet0 < far0); /* toward zero and away again */
+  return found | (~(b1 ^ rises1) & (rises1 ^ rises2) & (meet1 < far1));
+}
+
 /* The worst error of the guards' interpolation, in units of what is allowed (below 1e-5: zero), NaN where a guard has no value; and
- * whether a guard may pass zero, as after each start it may. A dip whose tangents meet far from zero stays there. */
+ * whether a guard may pass zero, as after each start it may. */
 static S watch(const Task *task, Work *k) {
-  const V zero = v_all(0.0), h = spread(&k->step, -1), half = 0.5 * h;
+  const V zero = v_all(0.0), h = spread(&k->step, -1), half = 0.5 * h, h2 = h * h, h6 = h2 * h2 * h2;
+  const v_mask minus = (v_mask)v_all(-0.0);
   V worst = zero;
   v_mask suspects = zero != zero;
   const int rows = ROWS;
   const V *start = (const V *)k->guard[START], *middle = (const V *)k->guard[HALF], *end = (const V *)k->guard[FULL];
-  const V *active = (const V *)k->watched, *floor = (const V *)k->guard_floor;
+  const V *active = (const V *)k->watched, *floor = (const V *)k->guard_floor, *near = (const V *)k->guard_near;
+  const V *rest = (const V *)k->guard_rest, *samples = (const V *)k->guard_sampled;
   look_ahead(task, k);
+#if HIGH
+  const V *one = (const V *)k->beyond[0], *two = (const V *)k->beyond[1];
+  look_beyond(task, k);
+#endif
   for (int n = 0; n < rows; ++n) {
     V g0 = start[n], g1 = middle[n], g2 = end[n], r0 = start[rows + n], r1 = middle[rows + n], r2 = end[rows + n];
     V off = v_fabs(0.5 * (g0 + g2) + 0.125 * h * (r0 - r2) - g1);
@@ -57,12 +88,19 @@ static S watch(const Task *task, Work *k) {
       miss = v_where(large, miss / allowed);
       worst = v_select((miss > worst) | (miss != miss), miss, worst);
     }
-    V far0 = 0.1 * size * v_fabs(r0 - r1), far1 = 0.1 * size * v_fabs(r1 - r2);
-    V meet0 = v_fabs(g0) * v_fabs(r0 - r1) - r0 * (g1 - half * r1 - g0), meet1 = v_fabs(g1) * v_fabs(r1 - r2) - r1 * (g2 - half * r2 - g1);
-    v_mask b0 = g0 < zero, b1 = g1 < zero, b2 = g2 < zero, rises0 = r0 > zero, rises1 = r1 > zero, rises2 = r2 > zero;
-    v_mask found = (b0 ^ b1) | (b1 ^ b2) | (g0 == zero) | (g1 == zero) | (g2 == zero);
-    found |= ~(b0 ^ rises0) & (rises0 ^ rises1) & (meet0 < far0); /* toward zero and away again */
-    found |= ~(b1 ^ rises1) & (rises1 ^ rises2) & (meet1 < far1);
+    V first = g0 + 0.2 * (h * r0), last = g2 - 0.2 * (h * r2), margin = near[n] + rest[n] * h6;
+    V total = 3.2 * g1 - 0.1 * (g0 + g2) - 0.5 * (first + last), step = 1.6 * (h * r1) + 0.5 * (g0 - g2) + 1.5 * (first - last);
+    v_mask turned = ((v_mask)g0 & minus) ^ minus; /* so that every coefficient is negative where none has another sign than g0 */
+    V most = v_larger(v_larger((V)((v_mask)g0 ^ turned), (V)((v_mask)g2 ^ turned)), v_larger((V)((v_mask)first ^ turned), (V)((v_mask)last ^ turned)));
+    most = v_larger(most, v_larger((V)((v_mask)(0.5 * (total - step)) ^ turned), (V)((v_mask)(0.5 * (total + step)) ^ turned)));
+#if HIGH
+    margin = margin + (1.0 / 432) * v_larger(v_fabs(one[n]), v_fabs(one[n] + two[n]));
+#endif
+    v_mask found = ~(most < -margin);
+    if (task->sampled_guards) {
+      v_mask others = samples[n] != zero;
+      found = (others & sampled(g0, g1, g2, r0, r1, r2, half, size, near[n])) | (~others & found);
+    }
     suspects |= on & found;
   }
 #ifdef SINGLE
@@ -113,59 +151,4 @@ static double locate(const Task *task, Work *k, int lane, int64_t n, int below, 
     if (!(b - a < width)) break;
   }
   return b;
-}
-
-static void note(const Task *task, Work *k, int lane, int64_t n, double time) {
-  Found *found = k->found + lane * 4 * task->crossings;
-  int64_t at = k->finds[lane]++;
-  for (; at > 0 && (found[at - 1].time > time || (found[at - 1].time == time && found[at - 1].crossing > n)); --at) found[at] = found[at - 1];
-  found[at].time = time, found[at].crossing = n;
-}
-
-/* All zeros of the guards of one lane in its step, in order of time. */
-static void find(const Task *task, Work *k, int lane) {
-  int64_t g = task->surfaces;
-  k->finds[lane] = 0;
-  for (int64_t n = 0; n < task->guards.values; ++n) k->lane_guard_c[n] = ONE_LANE(k->guard_c[n], lane);
-  for (int64_t n = 0; n < task->crossings; ++n) {
-    if (get(&k->active[n], lane) == 0) continue;
-    int64_t direction = task->crossing[n * CROSSING + DIRECTION], m = task->crossing[n * CROSSING + SURFACE];
-    double side = get(&k->sign[n], lane), zero = task->guard_zero[k->job[lane] * task->crossings + n];
-    for (int node = START; node < FULL; ++node) {
-      double one = get(&k->guard[node][m], lane), two = get(&k->guard[node + 1][m], lane);
-      double rate = get(&k->guard[node][RATES + m], lane), end_rate = get(&k->guard[node + 1][RATES + m], lane);
-      double a = k->t[lane] + (node == START ? 0.0 : 0.5 * k->h[lane]), b = node == START ? k->t[lane] + 0.5 * k->h[lane] : k->t_new[lane];
-      double next = fabs(two) <= zero ? side : two; /* rounding has no sign */
-      int below = side < 0;
-      if (side * next < 0) {
-        if (side * one <= 0 && side * rate > 0 && side * end_rate < 0) { /* a little beyond zero after its event: not its way back */
-          a = locate(task, k, lane, g + m, rate < 0, a, b, rate, end_rate);
-          double at[4] = {a, a, a, a};
-          see(task, k, lane, at);
-          one = k->four[4 * m];
-        }
-        if (direction == 0 || (direction > 0) == below) note(task, k, lane, n, locate(task, k, lane, m, below, a, b, one, two));
-      } else if (below ? rate > 0 && end_rate < 0 : side > 0 && rate < 0 && end_rate > 0) {
-        double turn = locate(task, k, lane, g + m, rate < 0, a, b, rate, end_rate), at[4] = {turn, turn, turn, turn};
-        see(task, k, lane, at);
-        double value = k->four[4 * m];
-        if (value != 0 && (value < 0) != below) { /* there and back */
-          if (direction == 0 || (direction > 0) == below) note(task, k, lane, n, locate(task, k, lane, m, below, a, turn, one, value));
-          if (direction == 0 || (direction < 0) == below) note(task, k, lane, n, locate(task, k, lane, m, !below, turn, b, value, two));
-        }
-      }
-      side = next;
-    }
-  }
-}
-
-/* Signs of one lane's guards at the end of a step that was taken as a whole. */
-static void keep_signs(const Task *task, Work *k, int lane) {
-  for (int64_t n = 0; n < task->crossings; ++n) {
-    int64_t m = task->crossing[n * CROSSING + SURFACE];
-    double half = get(&k->guard[HALF][m], lane), end = get(&k->guard[FULL][m], lane);
-    double zero = task->guard_zero[k->job[lane] * task->crossings + n], sign = fabs(end) > zero ? end : fabs(half) > zero ? half : 0.0;
-    if (sign != 0) put(&k->sign[n], lane, sign);
-  }
-  put(&k->fresh, lane, 0.0);
 }

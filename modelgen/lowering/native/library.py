@@ -27,7 +27,7 @@ from modelgen.lowering.native.task import Log, Observer, Task
 from modelgen.lowering.tableau import FOLDER
 
 _HERE = Path(__file__).parent
-_HEADERS = ("scalar.h", "lanes.h", "task.h", "times.h", "dense.h", "guards.h", "events.h", "march.h", "solver.h")
+_HEADERS = ("scalar.h", "lanes.h", "task.h", "times.h", "dense.h", "guards.h", "roots.h", "events.h", "march.h", "solver.h")
 _GENERATOR = (
     *("operations.py", "graph.py", "collection.py", "waves.py", "stages.py", "emission.py", "statements.py", "looped.py"),
     *("windows.py", "functions.py", "kinds.py", "explicit_step.py", "doubled_step.py", "steps.py", "library.py", *_HEADERS),

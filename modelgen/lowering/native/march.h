@@ -20,12 +20,12 @@ static void finish(const Task *task, Work *k, int lane, int64_t outcome) {
   k->job[lane] = -1, k->h[lane] = 0.0;
 }
 
-/* A size at most as large as wanted, and the time that it leads to: no sliver is left before the end. */
+/* A size at most as large as wanted, and the time that it leads to: no sliver is left before a break or the end. */
 static void clip(const Task *task, const Work *k, int lane, double wanted, double *h, double *t_new) {
-  double left = k->end[lane] - k->t[lane];
+  double stop = smaller(k->end[lane], k->stop[lane]), left = stop - k->t[lane];
   *h = smaller(wanted, task->largest_step);
   if (*h >= left) {
-    *h = left, *t_new = k->end[lane];
+    *h = left, *t_new = stop;
   } else {
     *t_new = k->t[lane] + (2 * *h > left ? left / 2 : *h);
     *h = *t_new - k->t[lane];
@@ -37,9 +37,10 @@ static void propose(const Task *task, Work *k, int lane) {
   if (task->rule == FIXED) { /* to the next of the equal parts, from wherever an event has left off */
     double span = k->end[lane] - task->begin, count = larger(1.0, ceil(span / task->fixed_step * (1 - 1e-12)));
     double part = (double)(k->grid[lane] + 1);
-    k->t_new[lane] = part < count ? task->begin + span * (part / count) : k->end[lane];
+    k->t_new[lane] = smaller(part < count ? task->begin + span * (part / count) : k->end[lane], k->stop[lane]);
     k->h[lane] = k->t_new[lane] - k->t[lane];
   } else {
+    k->asked[lane] = smaller(k->h[lane], task->largest_step);
     clip(task, k, lane, k->h[lane], &k->h[lane], &k->t_new[lane]);
   }
 }
@@ -106,14 +107,29 @@ static int judge(const Task *task, Work *k, int lane, double difference, double 
   return 1;
 }
 
-/* The lane stands at the end of its step, or where an event has cut it. */
+/* The next break of a lane, behind the one that it has passed. */
+static void next_stop(const Task *task, Work *k, int lane) {
+  int64_t n = k->next_break[lane];
+  const double *before = task->breaks + 2 * k->job[lane] * task->break_count;
+  k->stop[lane] = n < task->break_count ? before[n] : INFINITY;
+  k->behind[lane] = n < task->break_count ? before[task->break_count + n] : INFINITY;
+}
+
+/* The lane stands at the end of its step, where an event has cut it, or behind a break. */
 static void advance(const Task *task, Work *k, int lane) {
-  int whole = k->until[lane] == k->t_new[lane];
+  int whole = k->until[lane] == k->t_new[lane], at_break = (int)k->crossing_break[lane];
   ++k->steps[lane];
   k->largest[lane] = larger(k->largest[lane], k->h[lane]);
   if (k->t_new[lane] < k->end[lane] || !(k->smallest[lane] < INFINITY)) k->smallest[lane] = smaller(k->smallest[lane], k->h[lane]);
-  k->t[lane] = k->until[lane];
-  if (task->rule == FIXED) k->grid[lane] += whole;
-  else if (whole) k->h[lane] = k->wanted[lane];
-  else k->log_before[lane] = 0.0;
+  k->t[lane] = at_break ? k->behind[lane] : k->until[lane];
+  if (task->rule == FIXED) {
+    double span = k->end[lane] - task->begin, count = larger(1.0, ceil(span / task->fixed_step * (1 - 1e-12))), part = (double)(k->grid[lane] + 1);
+    k->grid[lane] += at_break ? part < count && k->behind[lane] >= task->begin + span * (part / count) : whole;
+  } else if (whole && !at_break) {
+    k->h[lane] = k->wanted[lane];
+  } else {
+    k->log_before[lane] = 0.0;
+    if (at_break && task->rule == SMOOTH) k->h[lane] = larger(k->h[lane], k->asked[lane]);
+  }
+  if (at_break) ++k->next_break[lane], next_stop(task, k, lane);
 }

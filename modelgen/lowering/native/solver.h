@@ -14,7 +14,12 @@ static void set_out(const Task *task, Work *k, const double *which) {
   if (!task->crossings) return;
   look(task, k, HALF, W_AT(k, 0), k->y, k->now.k[0]);
   for (int64_t n = 0; n < 2 * RATES; ++n) k->guard[START][n] = S_(select)(take, k->guard[HALF][n], k->guard[START][n]);
-  for (int lane = 0; lane < LANES; ++lane)
+}
+
+/* Where lanes go on after events, signs of the guards that stand at START. */
+static void set_out_with_signs(const Task *task, Work *k, const double *which) {
+  set_out(task, k, which);
+  for (int lane = 0; lane < LANES && task->crossings; ++lane)
     if (which[lane] != 0) set_signs(task, k, lane);
 }
 
@@ -37,15 +42,21 @@ static int64_t begin(const Task *task, Work *k, int lane, int64_t job) {
   k->smallest[lane] = INFINITY, k->largest[lane] = 0.0, k->log_before[lane] = 0.0, k->growth[lane] = 5.0, k->h[lane] = 0.0;
   k->reached[lane] = times[0] == task->begin;
   k->events[lane] = k->quick[lane] = k->finds[lane] = 0, k->last_event[lane] = -1;
+  k->next_break[lane] = k->crossing_break[lane] = k->returns[lane] = 0, next_stop(task, k, lane);
   set_parameters(task, k, lane);
   if (!task->crossings) return RUNNING;
   for (int64_t n = 0; n < task->crossings; ++n) {
     k->fired[lane * task->crossings + n] = 0;
+    put(&k->guard_near[task->crossing[n * CROSSING + SURFACE]], lane, 8 * task->guard_zero[job * task->crossings + n]);
   }
-  for (int64_t n = 0; n < task->surfaces; ++n) put(&k->guard_floor[n], lane, task->guard_floor[job * task->surfaces + n]);
+  for (int64_t n = 0; n < task->surfaces; ++n) {
+    put(&k->guard_floor[n], lane, task->guard_floor[job * task->surfaces + n]);
+    put(&k->guard_sampled[n], lane, task->way[n] == SAMPLED);
+  }
   read_modes(task, k, lane);
   k->event_time[lane] = -INFINITY, k->early[lane] = k->late[lane] = 0.0, k->leapt[lane] = 1;
-  outcome = chain(task, k, 0, lane, 0, k->t[lane], start);
+  Before before = {0.0, 0};
+  outcome = chain(task, k, 0, lane, 0, before, k->t[lane], start);
   for (int64_t n = 0; n < task->variables; ++n) task->first_modes[job * task->variables + n] = k->modes[lane * task->variables + n];
   for (int i = 0; i < NX; ++i) put(&k->y[i], lane, start[i]);
   return outcome;
@@ -71,7 +82,7 @@ static int take_jobs(const Task *task, Work *k) {
       else finish(task, k, lane, outcome);
     }
     if (!any) return busy;
-    set_out(task, k, taken);
+    set_out_with_signs(task, k, taken);
     any = 0;
     for (int slot = 0; slot < WIDTH; ++slot) {
       int lane = SLOT_LANE(slot), first = slot < LANES && taken[lane] != 0 && k->reached[lane];
@@ -128,18 +139,58 @@ static void keep(Work *k, const double *save, const double *restore) {
   }
 }
 
+/* From the end of a step just before a break to its other side, with the slope of this side: y, and the outcome there. */
+static int64_t go_behind(const Task *task, Work *k, Log *log, int lane, double *y) {
+  double start[NX], gap = k->behind[lane] - k->stop[lane];
+  for (int i = 0; i < NX; ++i) {
+    start[i] = get(&k->now.y_end[i], lane);
+    y[i] = start[i] + gap * get(&k->now.k[END][i], lane);
+  }
+  return task->crossings ? jump(task, k, log, lane, k->stop[lane], start, k->behind[lane], y) : RUNNING;
+}
+
+/* Slopes, guards and signs where lanes go on after events and breaks; a mode that is left at once is left here. */
+static void set_out_again(const Task *task, Work *k, Log *log, const double *which) {
+  double going[LANES];
+  memcpy(going, which, sizeof going);
+  for (int any = 1; any;) {
+    any = 0;
+    set_out(task, k, going);
+    for (int lane = 0; lane < LANES; ++lane) {
+      double y[NX];
+      int64_t next = -1, outcome;
+      int finite = 1;
+      if (going[lane] == 0) continue;
+      for (int i = 0; i < NX; ++i) y[i] = get(&k->y[i], lane), finite &= isfinite(get(&k->now.k[0][i], lane)) != 0;
+      if (!finite) finish(task, k, lane, NON_FINITE_RATE);
+      else if (task->crossings) next = returning(task, k, lane);
+      if (next < 0) {
+        going[lane] = 0.0;
+        if (finite && task->crossings) set_signs(task, k, lane);
+        continue;
+      }
+      outcome = go_back(task, k, log, lane, next, y);
+      for (int i = 0; i < NX; ++i) put(&k->y[i], lane, y[i]);
+      if (outcome == RUNNING) any = 1, ++k->evaluations[lane];
+      else finish(task, k, lane, outcome), going[lane] = 0.0;
+    }
+  }
+}
+
 /* The steps that were accepted: events, outputs, and the state that each lane goes on from. */
 static void take_steps(const Task *task, Work *k, Log *log, const double *accepted) {
   double whole[LANES], again[LANES], y[LANES][NX];
   int64_t outcome[LANES];
   int cuts = 0, all = 1;
   for (int lane = 0; lane < LANES; ++lane) {
-    outcome[lane] = RUNNING, again[lane] = 0.0;
+    outcome[lane] = RUNNING, again[lane] = 0.0, k->crossing_break[lane] = 0;
     k->until[lane] = k->t_new[lane], k->finds[lane] = 0, k->dense_used[lane] = EXTRA && task->crossings;
     if (task->crossings && accepted[lane] != 0 && LANE(k->suspects, lane)) {
       dense_stages(k);
       find(task, k, lane), cut(task, k, lane);
     }
+    k->covers[lane] = k->until[lane];
+    if (accepted[lane] != 0 && k->until[lane] == k->stop[lane]) k->crossing_break[lane] = 1, k->covers[lane] = k->behind[lane];
   }
   write_outputs(task, k, accepted);
   for (int lane = 0; lane < LANES; ++lane) {
@@ -150,9 +201,13 @@ static void take_steps(const Task *task, Work *k, Log *log, const double *accept
     }
     if (k->finds[lane]) {
       outcome[lane] = happen(task, k, log, lane, y[lane]);
-      if (k->jumped[lane]) whole[lane] = 0.0, again[lane] = 1.0, cuts = 1;
+      if (k->jumped[lane]) whole[lane] = 0.0, again[lane] = 1.0, cuts = 1, k->crossing_break[lane] = 0;
     }
     if (task->crossings && whole[lane] != 0 && LANE(k->suspects, lane)) keep_signs(task, k, lane);
+    if (k->crossing_break[lane]) {
+      whole[lane] = 0.0, again[lane] = 1.0, cuts = 1;
+      outcome[lane] = go_behind(task, k, log, lane, y[lane]);
+    }
     all &= whole[lane] != 0;
     advance(task, k, lane);
   }
@@ -172,18 +227,12 @@ static void take_steps(const Task *task, Work *k, Log *log, const double *accept
     if (outcome[lane] != RUNNING) finish(task, k, lane, outcome[lane]), again[lane] = 0.0;
     else if (accepted[lane] != 0 && !(k->t[lane] < k->end[lane])) finish(task, k, lane, SUCCESS), again[lane] = 0.0;
   }
-  if (!cuts) return;
-  set_out(task, k, again);
-  for (int lane = 0; lane < LANES; ++lane) {
-    int finite = 1;
-    for (int i = 0; i < NX && again[lane] != 0; ++i) finite &= isfinite(get(&k->now.k[0][i], lane)) != 0;
-    if (!finite) finish(task, k, lane, NON_FINITE_RATE);
-  }
+  if (cuts) set_out_again(task, k, log, again);
 }
 
 /* Go on for at most so many steps; whether anything is left to do. */
 int64_t modelgen_run(const Task *task, Work *k, Log *log, int64_t steps) {
-  int64_t most = LANES * (4 * task->crossings + MANY + 1); /* events that one step can add to the log */
+  int64_t most = LANES * (FINDS * task->crossings + (MANY + 1) * (MANY + 1) + task->crossings); /* events that one step can add to the log */
   for (int lane = 0; lane < LANES; ++lane)
     if (k->job[lane] >= 0 && task->counts[k->job[lane] * COUNTS + STOP]) finish(task, k, lane, RUNNING);
   while (take_jobs(task, k)) {

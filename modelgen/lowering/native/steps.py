@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
+from math import comb
 
 from modelgen.lowering.native.doubled_step import DoubledStep, place_of
 from modelgen.lowering.native.explicit_step import ExplicitStep
@@ -19,7 +20,12 @@ DOUBLED = frozenset({"rk4"})  # methods that measure their error by step doublin
 WIDEST_BUNDLE = 6  # times for which the time stage of lanes is computed side by side
 
 Row = Sequence[Fraction]
+Powers = Sequence[Fraction | int]  # coefficients of a polynomial
 ZERO, HALF = Fraction(0), Fraction(1, 2)
+QUINTIC_DEGREE = 5
+_SQUARE = [Fraction(each) for each in ("0", "0", "1/4", "-3/2", "13/4", "-3", "1", "0")]
+BEYOND = {"SQUARE": _SQUARE, "CUBE": [ZERO, *_SQUARE[:-1]]}
+"""(theta (theta - 1/2) (theta - 1))^2 and theta times it, by powers."""
 
 
 def method_named(name: str) -> tuple[Tableau, int | None]:
@@ -35,6 +41,7 @@ def step_functions(method: Tableau, middle: int | None, kinds: Kinds, guarded: b
     step = ExplicitStep(method, kinds, time_of) if middle is None else DoubledStep(method, middle, kinds, time_of)
     lines = [*step.lines(), *_dense_stages(method, middle)]
     lines += [*(_middle_node(method) if middle is None else []), *_dense_weights(method, middle)]
+    lines += _high_powers(method) if _is_high(method, middle) else []
     return "\n".join(lines) + "\n"
 
 
@@ -59,6 +66,8 @@ def step_sizes(method: Tableau, middle: int | None, surfaces: int = 0) -> str:
         "MIDDLE": places[middle or 0],
         "EXPONENT": f"(1.0 / {method.control})",
         "NODES": int(middle is not None),
+        "DEGREE": QUINTIC_DEGREE if middle is not None else len(method.dense[0]),
+        "HIGH": int(_is_high(method, middle)),
         "SURFACES": surfaces,
         "MIDDLE_TIME": nodes.index(HALF) if surfaces else 0,
     }
@@ -103,27 +112,62 @@ def _middle_node(method: Tableau) -> list[str]:
     return [*lines, "  }", "}"]
 
 
-def _dense_weights(method: Tableau, middle: int | None) -> list[str]:
+def _is_high(method: Tableau, middle: int | None) -> bool:
+    """Whether the dense output has a higher degree than the quintic through start, middle and end."""
+    return middle is None and len(method.dense[0]) > QUINTIC_DEGREE
+
+
+def _high_powers(method: Tableau) -> list[str]:
+    lines = ["/* What the dense output has beyond a quintic, as far as guards read it (see guards.h). */"]
+    lines += ["static void high_powers(const Task *task, Work *k) {", "  const S h = k->step;"]
+    six, seven = ([row[power - 1] if len(row) >= power else ZERO for row in method.dense] for power in (6, 7))
+    sums = [[a + 3 * b for a, b in zip(six, seven, strict=True)], seven]
+    lines += ["  for (int64_t n = 0; n < task->reads; ++n) {", "    const int64_t i = task->read[n];"]
+    for each, weights in enumerate(sums):
+        total = " + ".join(f"{number(w)} * k->now.k[{n}][i]" for n, w in enumerate(weights) if w) or "S_(all)(0.0)"
+        lines += [f"    k->now.high[{each}][i] = h * ({total});"]
+    return [*lines, "  }", "}"]
+
+
+def _weights(
+    method: Tableau, middle: int | None
+) -> tuple[list[int], list[Sequence[Fraction | int]], list[Sequence[Fraction | int]]]:
+    """Places of the slopes in the dense output, and polynomials that weigh them, and those of middle and end from the start."""
     if middle is not None:
-        slots = [0, middle, method.stages]
-        places = [place_of(n, middle, method.stages) for n in slots]
-        polynomials: list[Sequence[Fraction | int]] = [QUINTIC[1], QUINTIC[3], QUINTIC[5]]
-    else:
-        slots = [n for n, row in enumerate(method.dense) if any(row)]
-        places, polynomials = slots, [(0, *method.dense[n]) for n in slots]
+        places = [place_of(n, middle, method.stages) for n in (0, middle, method.stages)]
+        return places, [QUINTIC[1], QUINTIC[3], QUINTIC[5]], [QUINTIC[2], QUINTIC[4]]
+    slots = [n for n, row in enumerate(method.dense) if any(row)]
+    return slots, [(0, *method.dense[n]) for n in slots], []
+
+
+def _dense_weights(method: Tableau, middle: int | None) -> list[str]:
+    places, polynomials, nodes = _weights(method, middle)
     lines = [
-        f"enum {{ TERMS = {len(slots)} }};",
+        f"enum {{ TERMS = {len(places)} }};",
         f"static const int TERM[] = {{{', '.join(map(str, places))}}};",
     ]
+    lines += ["/* Bernstein coefficients of what they weigh in the state. */"]
+    rows = [f"{{{', '.join(map(number, bernstein(each)))}}}" for each in (*polynomials, *nodes)]
+    lines += [f"static const double BERNSTEIN[][DEGREE + 1] = {{{', '.join(rows)}}};"]
+    lines += [f"#define {name}_COEFFICIENTS {{{', '.join(map(number, bernstein(each)))}}}" for name, each in BEYOND.items()]
     lines += ["/* What slopes, middle and end (from the start) weigh in the state at a fraction theta, and in its rate. */"]
     lines += ["static void dense_weights(V theta, V h, V *value, V *rate) {"]
     for n, polynomial in enumerate(polynomials):
         lines += [f"  value[{n}] = h * ({_horner(polynomial)});", f"  rate[{n}] = {_horner(_derivative(polynomial))};"]
-    if middle is not None:
-        for n, polynomial in enumerate((QUINTIC[2], QUINTIC[4])):
-            at = len(slots) + n
-            lines += [f"  value[{at}] = {_horner(polynomial)};", f"  rate[{at}] = ({_horner(_derivative(polynomial))}) / h;"]
+    for n, polynomial in enumerate(nodes, start=len(places)):
+        lines += [f"  value[{n}] = {_horner(polynomial)};", f"  rate[{n}] = ({_horner(_derivative(polynomial))}) / h;"]
     return [*lines, "}"]
+
+
+def bernstein(powers: Sequence[Fraction | int]) -> list[Fraction]:
+    """The Bernstein coefficients of a polynomial given by its coefficients in powers.
+
+    >>> [float(each) for each in bernstein([0, 0, 1])]
+    [0.0, 0.0, 1.0]
+    """
+    degree = len(powers) - 1
+    share = [[Fraction(comb(i, j), comb(degree, j)) for j in range(degree + 1)] for i in range(degree + 1)]
+    return [sum((s * Fraction(p) for s, p in zip(row, powers, strict=True)), ZERO) for row in share]
 
 
 def _derivative(polynomial: Sequence[Fraction | int]) -> list[Fraction]:

@@ -65,9 +65,13 @@ typedef struct {
   double fixed_step;
   int64_t rule, max_steps, max_events, log_limit; /* log_limit: events of each run that are logged */
   Observer guards, resets, channels;   /* guards: values, then their rates */
+  Observer bounds, rests;              /* of intervals: enclosures of guards and rates; of the sixth derivatives of what is not linear in them */
   const double *guard_floor, *guard_zero; /* [jobs][surfaces], [jobs][crossings]: sizes below which a guard need not be resolved, and is zero */
+  const double *breaks;                /* [jobs][2][break_count]: times just before and just after each break, INFINITY behind the last */
   int64_t crossings, surfaces, variables, all_values, reads; /* reads: states that guards depend on */
-  const int64_t *crossing, *mode, *read; /* [crossings][CROSSING], [variables][MODE], [reads] */
+  int64_t break_count, sampled_guards; /* sampled_guards: whether a guard can only be sampled */
+  const int64_t *crossing, *mode, *read, *way; /* [crossings][CROSSING], [variables][MODE], [reads], [surfaces]: how each is counted */
+  int64_t *undecided;                  /* [jobs][crossings]: whether a zero was left to samples */
 } Task;
 
 /* Events in the order in which a thread came upon them; emptied by the caller. */
@@ -82,12 +86,17 @@ typedef struct {
   int64_t crossing;
 } Found;
 
+enum { FINDS = 32 }; /* passings of each guard in one step that are kept */
+
 enum { FIRST, WHOLE }; /* gains of a doubled step */
 enum { FOURS = (NX + 3) / 4 * 4 };
 
 typedef struct {
   S k[SLOTS][NX]; /* slopes: that at the start first; END: that at the end */
   S y_middle[NX], y_end[NX], middle_slope[NX];
+#if HIGH
+  S high[2][NX]; /* what the dense output has beyond a quintic */
+#endif
 } Trial;
 
 typedef struct {
@@ -109,15 +118,19 @@ typedef struct {
   int64_t job[LANES], steps[LANES], tried[LANES], rejected[LANES], evaluations[LANES], reached[LANES], grid[LANES], doubling[LANES], halving[LANES], jumped[LANES];
   double one_c[NC + 1], p[LANES][NP + 1];
   double since[LANES], event_time[LANES], early[LANES], late[LANES];
+  double stop[LANES], behind[LANES], covers[LANES], asked[LANES]; /* break that no step crosses, time behind it; see solver.h */
+  int64_t next_break[LANES], returns[LANES], crossing_break[LANES];
   int64_t quick[LANES], events[LANES], last_event[LANES], finds[LANES], leapt[LANES];
   int dense_ready, dense_used[LANES];
   V at_x[NX], at_v[NX], at_y[NX]; /* arguments of an observer */
   Trial kept;                     /* the last step that passed, while a longer one is tried (rule PAPER) */
   /* what follows in memory, for the guards and channels at hand */
-  V *guard_c, *lane_guard_c, *channel_c, *reset_c, *seen, *channel, *after;
+  V *guard_c, *lane_guard_c, *channel_c, *reset_c, *seen, *channel, *after, *bounds_c, *lane_bounds_c, *bounded;
   S *guard[3], *sign, *active, *watched, *guard_floor;                                       /* guards and rates at start, middle, end; sign at start */
+  S *guard_near, *guard_rest, *guard_sampled, *beyond[2];
   double *observer_c, *four; /* four: guards and rates at four times */
-  int64_t *modes, *fired;
+  double *fired_at, *graze, *graze_after, *side, *p_before, *g_before; /* graze: when a guard came near zero, NAN or INFINITY (excused) */
+  int64_t *modes, *fired, *entered;
   Found *found;
 } Work;
 
@@ -165,13 +178,19 @@ static int64_t lay_out(const Task *task, char *memory, Work *k) {
   int64_t used = 0, g = task->crossings, padded = g + WIDTH, most = task->guards.values;
   if (task->channels.values > most) most = task->channels.values;
   if (task->resets.values > most) most = task->resets.values;
+  if (task->bounds.values > most) most = task->bounds.values;
+  if (task->rests.values > most) most = task->rests.values;
 #define PLACE(name, kind, count) \
   { if (memory) k->name = (kind *)(memory + used); used += ((int64_t)sizeof(kind) * (count) + 63) / 64 * 64; }
   PLACE(guard_c, V, task->guards.values) PLACE(lane_guard_c, V, task->guards.values) PLACE(channel_c, V, task->channels.values)
-  PLACE(reset_c, V, task->resets.values) PLACE(seen, V, task->guards.outputs) PLACE(four, double, 4 * task->guards.outputs) PLACE(channel, V, task->channels.outputs)
+  PLACE(reset_c, V, task->resets.values + task->rests.values) PLACE(seen, V, task->guards.outputs) PLACE(four, double, 4 * task->guards.outputs) PLACE(channel, V, task->channels.outputs)
   PLACE(after, V, task->resets.outputs) PLACE(sign, S, padded) PLACE(guard_floor, S, padded) PLACE(active, S, padded) PLACE(watched, S, padded)
   PLACE(guard[0], S, 2 * padded) PLACE(guard[1], S, 2 * padded) PLACE(guard[2], S, 2 * padded)
-  PLACE(observer_c, double, most) PLACE(modes, int64_t, LANES * task->variables) PLACE(fired, int64_t, LANES * g) PLACE(found, Found, LANES * 4 * g)
+  PLACE(observer_c, double, most) PLACE(modes, int64_t, LANES * task->variables) PLACE(fired, int64_t, LANES * g) PLACE(found, Found, LANES * FINDS * g)
+  PLACE(guard_near, S, padded) PLACE(guard_rest, S, padded) PLACE(guard_sampled, S, padded) PLACE(beyond[0], S, padded) PLACE(beyond[1], S, padded)
+  PLACE(bounds_c, V, task->bounds.values) PLACE(lane_bounds_c, V, task->bounds.values) PLACE(bounded, V, task->bounds.outputs + task->rests.outputs)
+  PLACE(fired_at, double, LANES * g) PLACE(graze, double, LANES * g) PLACE(graze_after, double, LANES * g) PLACE(side, double, LANES * g)
+  PLACE(p_before, double, NP) PLACE(g_before, double, g) PLACE(entered, int64_t, LANES * task->variables)
 #undef PLACE
   return used;
 }

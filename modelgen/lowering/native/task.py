@@ -42,10 +42,13 @@ class Task(ctypes.Structure):
             for name in ("begin", "tolerance", "first_step", "largest_step", "smallest_step", "bound", "correction", "fixed_step")
         ),
         *((name, ctypes.c_int64) for name in ("rule", "max_steps", "max_events", "log_limit")),
-        *((name, Observer) for name in ("guards", "resets", "channels")),
-        *((name, _DOUBLES) for name in ("guard_floor", "guard_zero")),
-        *((name, ctypes.c_int64) for name in ("crossings", "surfaces", "variables", "all_values", "reads")),
-        *((name, _COUNTS) for name in ("crossing", "mode", "read")),
+        *((name, Observer) for name in ("guards", "resets", "channels", "bounds", "rests")),
+        *((name, _DOUBLES) for name in ("guard_floor", "guard_zero", "breaks")),
+        *(
+            (name, ctypes.c_int64)
+            for name in ("crossings", "surfaces", "variables", "all_values", "reads", "break_count", "sampled_guards")
+        ),
+        *((name, _COUNTS) for name in ("crossing", "mode", "read", "way", "undecided")),
     )
 
 

@@ -35,14 +35,13 @@ class HarmonicTorque(Element):
     @quantity("N*m", mean=lambda self: self.scale * self.mean)
     def torque(self) -> Any:
         """Torque on the node."""
-        angle, total = self.base.angle, self.mean
+        angle, terms = self.base.angle, [self.mean]
         for order, b, a in harmonic_rows(self.where, self.orders, self.cosine, self.sine):
             # Turned by the phase here, so that sin(h w t) and cos(h w t) are shared by every torque on the same base.
             turn_cos, turn_sin = sympy.cos(order * self.phase), sympy.sin(order * self.phase)
-            total += (a * turn_cos - b * turn_sin) * sympy.sin(order * angle) + (a * turn_sin + b * turn_cos) * sympy.cos(
-                order * angle
-            )
-        return self.scale * total
+            terms.append((a * turn_cos - b * turn_sin) * sympy.sin(order * angle))
+            terms.append((a * turn_sin + b * turn_cos) * sympy.cos(order * angle))
+        return self.scale * sympy.Add(*terms)  # at once: a sum that grows term by term takes quadratic time
 
     def torques(self) -> Mapping[FlangeSymbols, Any]:
         return {self.flange: self.torque}

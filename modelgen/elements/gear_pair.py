@@ -117,7 +117,7 @@ class GearPair(Element):
         if self.mesh == "geometry":
             return self.geometry_rows[0]
         if self.mesh == "table":
-            return sum(self.stiffness_table) / len(self.stiffness_table)
+            return sympy.Add(*self.stiffness_table) / len(self.stiffness_table)
         return self.stiffness_low + (self.contact_ratio - 1) * (self.stiffness_high - self.stiffness_low)
 
     @quantity("N/m", mean=_mean_stiffness)
@@ -137,7 +137,8 @@ class GearPair(Element):
             orders = orders or DEFAULT_ORDERS
             cosine, sine = self.geometry_rows[1 : 1 + len(orders)], self.geometry_rows[1 + len(orders) :]
         rows = harmonic_rows(self.where, orders, cosine, sine)
-        return self._mean_stiffness() + sum(a * sympy.cos(n * angle) + b * sympy.sin(n * angle) for n, a, b in rows)
+        waves = [term for n, a, b in rows for term in (a * sympy.cos(n * angle), b * sympy.sin(n * angle))]
+        return sympy.Add(self._mean_stiffness(), *waves)
 
     @quantity("N*s/m")
     def mesh_damping(self) -> Any:

@@ -6,18 +6,21 @@ that ``modelgen --help`` answers at once.
 
 from __future__ import annotations
 
-import sys
+import os
 from typing import NoReturn
 
 
 def main() -> NoReturn:
     """The script ``modelgen``; ends the process with its exit code."""
+    from modelgen.cli.streams import open_streams, written_out
+
+    open_streams()
+    os.environ["MPLBACKEND"] = "agg"  # a command draws into files; whatever a shell has set is for windows
+
     from modelgen.cli.commands import commands
     from modelgen.cli.signals import end_by_signals
 
-    for stream in (sys.stdout, sys.stderr):
-        # A description may hold characters that the terminal cannot show.
-        stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]  # both are text files here
     end_by_signals()
-    commands(prog_name="modelgen")
+    with written_out():
+        commands(prog_name="modelgen")
     raise AssertionError("click ends the process")

@@ -73,9 +73,17 @@ def refuse_unless_free(target: Path, replace: bool, where: str, written: Collect
         return
     if not replace:
         raise CaseError(where, "exists and is not empty", "take --replace, or name another folder")
-    foreign = [name for name in held if name not in written and not (name.startswith("figures/") and name.endswith(".png"))]
+    foreign = [name for name in held if not _is_ours(target / name, name, written)]
     if foreign:
         raise CaseError(where, f"holds {foreign[0]!r}, which modelgen did not write", "move it away, or name another folder")
+
+
+def _is_ours(entry: Path, name: str, written: Collection[str]) -> bool:
+    """Whether modelgen writes such an entry: a plain file of a known name or figure, or the folder of figures; never a link."""
+    if name == "figures":
+        return name in written and entry.is_dir() and not entry.is_symlink()
+    known = name in written or (name.startswith("figures/") and name.endswith(".png"))
+    return known and entry.is_file() and not entry.is_symlink()
 
 
 def _missing_parents(target: Path) -> list[Path]:

@@ -11,8 +11,10 @@ from collections.abc import Mapping
 from math import radians
 from typing import Any
 
+import numpy as np
 import sympy
 
+from modelgen.errors import ModelError
 from modelgen.gears import mesh_stiffness_rows
 from modelgen.model import Choice, Clock, Derived, Element, Flange, Modes, Orders, Param, PeriodicTable, harmonic_rows, quantity
 from modelgen.model.declarations import UNIT_AREA, FlangeSymbols
@@ -32,6 +34,33 @@ def rows_from_geometry(stiffness_orders: tuple[int, ...], **geometry: float) -> 
     teeth.update(teeth_1=int(teeth["teeth_1"]), teeth_2=int(teeth["teeth_2"]))
     mean, cosine, sine = mesh_stiffness_rows(order=max(orders), **teeth, **geometry)  # type: ignore[arg-type]  # names are its own
     return [mean, *(cosine[n - 1] for n in orders), *(sine[n - 1] for n in orders)]
+
+
+def lowest_stiffness(
+    stiffness_orders: tuple[int, ...], mean_stiffness: float, stiffness_cosine: Any, stiffness_sine: Any
+) -> tuple[float, ...]:
+    """Nothing, for rows whose sum is positive over the whole mesh period. Raises ModelError with the least value for others."""
+    count = max(len(stiffness_cosine), len(stiffness_sine))
+    if mean_stiffness > sum(map(abs, (*stiffness_cosine, *stiffness_sine))):
+        return ()
+    orders = np.array(stiffness_orders or range(1, count + 1))[:count]
+    rows = [np.pad(np.asarray(each, dtype=float), (0, count - len(each))) for each in (stiffness_cosine, stiffness_sine)]
+    amplitude = rows[0] - 1j * rows[1]
+
+    def at(phase: Any) -> Any:
+        return mean_stiffness + (amplitude @ np.exp(1j * np.outer(orders, phase))).real
+
+    phases = np.linspace(0, 2 * np.pi, 64 * int(orders.max()) + 1)
+    for _ in range(8):  # ever closer to the least value
+        best = phases[int(np.argmin(at(phases)))]
+        width = phases[1] - phases[0]
+        phases = np.linspace(best - width, best + width, 33)
+    least = float(at(np.array([best]))[0])
+    if least > 0:
+        return ()
+    turn = best / (2 * np.pi) % 1.0
+    problem = f"its mesh stiffness falls to {least:.6g} N/m at {turn:.4f} of the mesh period"
+    raise ModelError("gear_pair", problem, "make the rows smaller or the mean larger: a mesh pushes back at every angle")
 
 
 class GearPair(Element):
@@ -54,7 +83,9 @@ class GearPair(Element):
     teeth_b = Param(positive=True, integer=True, doc="teeth of the gear on b")
     radii = Choice("module", "given", doc="whether base radii follow from the module or are given")
     module = Param("m", positive=True, when={"radii": "module"}, doc="module")
-    pressure_angle = Param("rad", default=radians(20), positive=True, when={"radii": "module"}, doc="pressure angle")
+    pressure_angle = Param(
+        "rad", default=radians(20), positive=True, largest=radians(85), when={"radii": "module"}, doc="pressure angle"
+    )
     base_radius_a = Param("m", positive=True, when={"radii": "given"}, doc="base radius on a; that on b follows from the teeth")
 
     mesh = Choice("fourier", "table", "rectangular", "geometry", doc="form of the mesh stiffness over one mesh period")
@@ -63,6 +94,13 @@ class GearPair(Element):
     stiffness_sine = Param("N/m", default=(), series=True, when=FOURIER, doc="rows with sine, order 1, 2, ...")
     stiffness_orders = Orders(
         when={"mesh": ("fourier", "geometry")}, doc="harmonics of the mesh frequency; from the teeth, 1 to 10"
+    )
+    stays_positive = Derived(
+        "N/m",
+        lowest_stiffness,
+        of=("stiffness_orders", "mean_stiffness", "stiffness_cosine", "stiffness_sine"),
+        count=lambda self: 0,
+        when=FOURIER,
     )
     stiffness_table = Param("N/m", positive=True, series=True, when=TABLE, doc="equally spaced samples over one mesh period")
     stiffness_high = Param("N/m", positive=True, when=RECTANGULAR, doc="stiffness while two pairs are in contact")

@@ -6,7 +6,7 @@ in the tests). Second stage of the flow: ``Driveline -> Equations``.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import sympy
@@ -14,15 +14,15 @@ import sympy
 from modelgen.equations.clocks import assign_clocks
 from modelgen.equations.conditions import Condition, Exact
 from modelgen.equations.coordinates import Coordinates, choose_coordinates
-from modelgen.equations.mean_rotation import mean_rotation
-from modelgen.equations.nodes import check_inertia, group_nodes
+from modelgen.equations.mean_rotation import MeanRotation, mean_rotation
+from modelgen.equations.nodes import Nodes, check_inertia, group_nodes
 from modelgen.equations.outputs import list_outputs
 from modelgen.equations.parameter_table import ParameterTable, with_lengths
 from modelgen.equations.parts import Part, TemplateTable
 from modelgen.equations.records import Equations, Instance, StateVariable
 from modelgen.equations.topology import check_connected, check_senses, join_flanges, reference_node, shaft_node
 from modelgen.errors import ModelError
-from modelgen.model import Driveline, Shared
+from modelgen.model import Driveline, Flange, Shared
 
 
 def assemble(line: Driveline) -> Equations:
@@ -70,7 +70,10 @@ def assemble(line: Driveline) -> Equations:
     def ratio(node: int) -> sympy.Expr:
         return nodes.nodes[node].over(mean.ratios)
 
-    clocks, clocks_of_parts = assign_clocks(line, parts, node_of, ratio)
+    for name in (line.reference, *(base.shaft for base in line.bases.values()), *line.speeds):
+        if name is not None:
+            _check_one_speed(line, name, node_of, nodes, mean, exact)
+    clocks, clocks_of_parts, still = assign_clocks(line, parts, node_of, ratio, table.values)
     instances, states = _instances(parts, coordinates, clocks_of_parts)
     return Equations(
         name=line.name,
@@ -100,7 +103,7 @@ def assemble(line: Driveline) -> Equations:
         balance_may_drive=line.balance_may_drive,
         constraints=nodes.constraints,
         redundant=nodes.redundant,
-        conditions=_distinct((*nodes.conditions, *coordinates.conditions, *mean.conditions)),
+        conditions=_distinct((*nodes.conditions, *coordinates.conditions, *mean.conditions, *still)),
         guards=tuple((part.name, guard) for part in parts for guard in part.template.guards),
         modes={f"{part.name}.{modes.name}": modes.values for part in parts for modes in part.template.modes},
         assemblies=dict(line.assemblies),
@@ -124,6 +127,20 @@ def _instances(
         states += own
         instances.append(Instance(part.name, part.index, part.symbols, part.nodes, clocks, forms, indices))
     return tuple(instances), tuple(states)
+
+
+def _check_one_speed(
+    line: Driveline, name: str, node_of: Mapping[str, int], nodes: Nodes, mean: MeanRotation, exact: Exact
+) -> None:
+    """Raises ModelError for an element named as a shaft whose flanges turn at different speeds."""
+    flanges = list(line[name.partition(".")[0]].declared(Flange))
+    if "." in name or len(flanges) < 2:
+        return
+    found = [float(exact(nodes.nodes[node_of[f"{name}.{flange}"]].over(mean.ratios))) for flange in flanges]
+    if max(found) - min(found) > 1e-9 * max(map(abs, found)):
+        named = ", ".join(f"{name}.{flange}" for flange in flanges)
+        what = f"{name!r} stands for a shaft, but its flanges turn at different speeds"
+        raise ModelError(f"driveline {line.name!r}", what, f"name an inertia, or one of {named}")
 
 
 def _distinct(conditions: Sequence[Condition]) -> tuple[Condition, ...]:

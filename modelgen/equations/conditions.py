@@ -54,12 +54,16 @@ class Exact:
 
 @dataclass(frozen=True)
 class Condition:
-    """``terms`` of ``element`` that must cancel (``vanishes``), or must not; judged ``beside`` other terms of their row."""
+    """``terms`` of ``element`` that must cancel (``vanishes``), or must not; judged ``beside`` others of their row.
+
+    ``words``: what is wrong where it is broken, and what to do; by default those of a loop, and of a divisor.
+    """
 
     element: str
     terms: tuple[sympy.Expr, ...]
     beside: tuple[sympy.Expr, ...] = ()
     vanishes: bool = True
+    words: tuple[str, str] | None = None
 
     @property
     def symbols(self) -> set[sympy.Symbol]:
@@ -70,6 +74,8 @@ class Condition:
         """Raises ModelError where the values break it."""
         if exact.vanishes(self.terms, self.beside) == self.vanishes:
             return
+        if self.words is not None:
+            raise ModelError(self.element, *self.words)
         if self.vanishes:
             what = "closes a loop whose gear ratios do not agree at these values, so it would not turn as it was assembled"
             raise ModelError(self.element, what, "check the tooth numbers on the loop, or assemble anew with these values")

@@ -108,7 +108,11 @@ class ParameterTable:
         given = tuple(value.tobytes() if isinstance(value, np.ndarray) else value for value in arguments.values())
         known, result = self._last.get(derived.name, (None, np.empty(0)))
         if known != given:
-            result = np.asarray(derived.function(**arguments), dtype=float).ravel()
+            try:
+                result = np.asarray(derived.function(**arguments), dtype=float).ravel()
+            except ModelError as error:
+                element = derived.name.rpartition(".")[0]
+                raise ModelError(f"element {element!r}, {error.where}", error.problem, error.remedy) from None
             self._last[derived.name] = given, result
         return result
 

@@ -21,6 +21,7 @@ from modelgen.model.declarations import Choice, Param, Switched
 from modelgen.model.driveline import Driveline
 from modelgen.model.element import Element
 from modelgen.model.named import BaseFrequency, NamedParameter, base_frequency
+from modelgen.model.nesting import DEEPEST, nesting
 from modelgen.model.values import plain_number
 from modelgen.model.writing import FORMAT, model_text, write_model
 from modelgen.units import read_any, to_si
@@ -28,7 +29,6 @@ from modelgen.units import read_any, to_si
 __all__ = ["model_text", "parse_model", "read_model", "write_model"]
 
 LARGEST_FILE = 1024 * 1024
-DEEPEST = 32
 _TABLES = (
     "format",
     "name",
@@ -67,22 +67,13 @@ def read_model(path: str | Path) -> Driveline:
 
 def parse_model(text: str, source: str = "model text") -> Driveline:
     """The driveline in the text of a model file; ``source`` opens the error messages."""
-    if _depth(text) > DEEPEST:
+    if nesting(text) > DEEPEST:
         raise ModelFileError(source, f"nests deeper than {DEEPEST}", "model files are flat")
     try:
         data = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
         raise ModelFileError(source, f"is not TOML: {error}", "see toml.io") from None
     return _Reader(data, text, source).driveline()
-
-
-def _depth(text: str) -> int:
-    """An upper bound of the nesting of arrays and inline tables."""
-    depth = deepest = 0
-    for character in text:
-        depth = max(0, depth + (character in "[{") - (character in "]}"))
-        deepest = max(deepest, depth)
-    return deepest
 
 
 class _Reader:

@@ -24,7 +24,7 @@ import numpy as np
 from modelgen.solvers.coordinates import ScaledProblem, symbols_for
 from modelgen.solvers.diagnosis import chatter, explain
 from modelgen.solvers.outcome import Ending, Outcome
-from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Statistics, Trajectory, Vector
+from modelgen.solvers.problem import STIFF_START, InitialValueProblem, SolverOptions, Statistics, Trajectory, Vector
 from modelgen.solvers.time_breaks import time_breaks
 from modelgen.solvers.watch import Watch
 
@@ -75,8 +75,9 @@ class _Integrators:
     than 1e-9 without a word. The start and the unit are parameters.
     """
 
-    def __init__(self, scaled: ScaledProblem, plugin: Plugin, options: SolverOptions, floor: float, single: bool) -> None:
-        self.plugin, self.options, self.floor, self.scaled, self.single = plugin, options, floor, scaled, single
+    def __init__(self, scaled: ScaledProblem, plugin: Plugin, options: SolverOptions, single: bool) -> None:
+        self.plugin, self.options, self.scaled, self.single = plugin, options, scaled, single
+        self.floor = 0.0
         n, symbols = scaled.size, symbols_for(scaled.rate)
         tau, y, p = symbols.sym("tau"), symbols.sym("y", n), symbols.sym("p", 2 + scaled.parameters.size)
         start, unit, q = p[0], p[1], p[2:]
@@ -145,13 +146,19 @@ class _Run:
         self.values = np.zeros((problem.times.size, self.scaled.size))
         self.done = int(problem.times[0] == problem.t0)  # outputs reached; the start itself is zero
         self.reach = problem.horizon / 64
-        self.floor = max(options.budget.smallest_step * problem.horizon, 64 * math.ulp(float(np.abs(problem.times).max())))
         self.breaks, self.passed = time_breaks(problem), 0
-        self.integrators = _Integrators(self.scaled, plugin, options, self.floor, single=len(self.breaks) > MANY_BREAKS)
+        self.integrators = _Integrators(self.scaled, plugin, options, single=len(self.breaks) > MANY_BREAKS)
         self.affordable = LONGEST / (5e-6 + plugin.rates_per_step * seconds_per_rate(problem.rhs))  # steps in a chunk
         self.ceiling = CAUTIOUS  # the same, by experience
         self.pace = problem.horizon / CAUTIOUS  # mean step of the last chunk [s]
         self.counts = np.zeros(3, dtype=int)
+
+    @property
+    def floor(self) -> float:
+        """The smallest step [s]: a share of the time since the start, in steps of 16, so that few integrators are built."""
+        since = max(self.t - self.problem.t0, STIFF_START * self.problem.horizon)
+        share = 16.0 ** math.floor(math.log(since / self.problem.horizon, 16))
+        return max(self.options.budget.smallest_step * share * self.problem.horizon, 64 * math.ulp(max(abs(self.t), 1e-300)))
 
     def run(self) -> Trajectory:
         """Chunk by chunk to the end, or to whatever stops the run before."""
@@ -177,6 +184,7 @@ class _Run:
         allowed = max(LEAST, int(self.affordable_steps() / times.size))
         try:
             # Powers of two, so that few integrators are built.
+            self.integrators.floor = self.floor
             gained, statistics = self.integrators.gain(self.t, self.y, times, 1 << (allowed.bit_length() - 1))
             reason = "" if np.isfinite(gained).all() else "a result that is not finite"
         except RuntimeError as error:

@@ -23,7 +23,7 @@ from modelgen.solvers.first_size import first_size
 from modelgen.solvers.guards import BoundGuards
 from modelgen.solvers.method import BoundStep, Method
 from modelgen.solvers.outcome import Ending, Outcome
-from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Statistics, Trajectory
+from modelgen.solvers.problem import STIFF_START, InitialValueProblem, SolverOptions, Statistics, Trajectory
 from modelgen.solvers.time_breaks import time_breaks
 from modelgen.solvers.watch import Watch
 
@@ -59,13 +59,21 @@ class _March:
         self.trial = self.bound_step()
         self.output = DenseOutput(problem.times, problem.t0, self.scaled.size, method.interpolant)
         budget = options.budget
-        self.floor = max(budget.smallest_step * problem.horizon, 4 * math.ulp(max(abs(self.t), abs(self.end))))
+        self.smallest_step = budget.smallest_step
         self.ceiling = options.largest_step or math.inf
         self.limit = budget.bound**2
         self.steps = self.tried = self.rejected = 0
         self.evaluations = 0
         self.smallest, self.largest = math.inf, 0.0
         self.next_check = SOON
+
+    @property
+    def floor(self) -> float:
+        """The smallest step [s]: a share of the horizon, or for a stiff method of the time since the start, where all is fast."""
+        problem = self.scaled.problem
+        if self.method.floor_outcome is not Outcome.NEWTON_FAILED:
+            return max(self.smallest_step * problem.horizon, 4 * math.ulp(max(abs(self.t), abs(self.end))))
+        return max(self.smallest_step * max(self.t - problem.t0, STIFF_START * problem.horizon), 4 * math.ulp(abs(self.t)))
 
     def bound_step(self) -> tuple[BoundStep, BoundGuards | None]:
         """A step bound to the state of the run, with the guards over it."""

@@ -20,6 +20,7 @@ from modelgen.lowering.parameters import MODAL
 from modelgen.solvers.balance import balance
 from modelgen.solvers.equilibrium import Coordinates, linear_model, mean_torque, mean_values, own_start
 from modelgen.solvers.static_state import StaticState, remaining_torques, static_state
+from modelgen.solvers.undamped_modes import natural_modes
 
 Array = NDArray[np.float64]
 
@@ -50,7 +51,7 @@ class OperatingPoint:
 
     def frequencies(self) -> Array:
         """Undamped natural frequencies [Hz], sorted; a rigid rotation is at zero."""
-        return natural_frequencies(self.mass, self.stiffness)
+        return np.sort(natural_modes(self.mass, self.stiffness, self.coordinates).frequencies)
 
     def remaining(self, model: Compiled) -> list[tuple[str, float, float]]:
         """Where several speeds are given: the shaft of each, the mean torque left along it, and the sum of the sizes."""
@@ -93,6 +94,8 @@ def operating_point(model: Compiled, values: Mapping[str, Any] | None = None, mu
     coordinates = Coordinates.of(model, p)
     balance(model, p, set(values or ()), coordinates)
     mean = mean_values(model, p)
+    if len(coordinates.ratio):
+        _check_finite(model, *linear_model(model, p, mean, np.zeros(len(coordinates.ratio)), own_start(model)))
     try:
         rest, no_rest = static_state(model, p, mean, coordinates), ""
     except CaseError as error:
@@ -109,6 +112,17 @@ def operating_point(model: Compiled, values: Mapping[str, Any] | None = None, mu
     return OperatingPoint(
         p, mean, angle, start, mass, damping, stiffness, rest.drift, coordinates, rest.holding, rest.remarks, no_rest
     )
+
+
+def _check_finite(model: Compiled, mass: Array, damping: Array, stiffness: Array) -> None:
+    """Raises CaseError for matrices, or accelerations by them, that leave the range of numbers."""
+    with np.errstate(all="ignore"):
+        for name, matrix in (("mass", mass), ("damping", damping), ("stiffness", stiffness)):
+            per_inertia = matrix / np.diag(mass)[:, None]
+            if not np.all(np.isfinite(per_inertia)):
+                group = model.equations.groups[int(np.argmin(np.isfinite(per_inertia).all(axis=1)))]
+                what = f"the {name} at {group!r}, or what it is per inertia there, is beyond double precision"
+                raise CaseError(f"driveline {model.name!r}", what, "check inertias, stiffnesses and damping there")
 
 
 def _modal_damping(mass: Array, stiffness: Array, zeta: float) -> Array:

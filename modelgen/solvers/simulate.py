@@ -6,6 +6,7 @@ turned a million radians vibrates exactly like one that has not.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -19,6 +20,7 @@ from modelgen.solvers.equilibrium import Array
 from modelgen.solvers.guards import guard_floors
 from modelgen.solvers.operating_point import OperatingPoint, operating_point
 from modelgen.solvers.problem import InitialValueProblem, SolverOptions
+from modelgen.solvers.recording import check_memory, recorded
 from modelgen.solvers.registry import SOLVERS, solve
 from modelgen.solvers.scales import state_scales
 from modelgen.solvers.solution import Solution
@@ -42,6 +44,9 @@ def simulate(case: Case) -> Solution:
     if case.model is None:
         raise CaseError("case", "has no compiled model", "a loaded case cites its model only; give it the driveline again")
     model = case.model
+    began = time.perf_counter()
+    names = model.outputs if case.channels is None else case.channels
+    check_memory(case.samples, len(model.states) + len(names))
     point = operating_point(model, case.parameters, must_rest=case.start == "static")
     options = solver_options(case.tolerance, case.options)
     problem, offset = initial_value_problem(case, point)
@@ -49,21 +54,29 @@ def simulate(case: Case) -> Solution:
     states, events = trajectory.states + offset, trajectory.events
     switched = model.switched(case.sections) if problem.switching is not None else None
     if switched is None or events is None:
-        channels = model.channels(trajectory.times, states, point.p, case.channels)
+
+        def channels(part: slice) -> dict[str, Array]:
+            return model.channels(trajectory.times[part], states[part], point.p, case.channels)
+
     else:
-        channels = switched.channels(trajectory.times, states, events.modes(trajectory.times), point.p, case.channels)
+        modes = events.modes(trajectory.times)
+
+        def channels(part: slice) -> dict[str, Array]:
+            return switched.channels(trajectory.times[part], states[part], modes[part], point.p, case.channels)
+
         events = replace(events, states=events.states + offset)
-    units = {name: model.unit(name) for name in channels}
+    found = recorded(trajectory, states, names, channels, began, options.budget.max_seconds)
+    units = {name: model.unit(name) for name in names}
     units.update({state.name: state.unit for state in model.equations.states})
     return Solution(
         case=case,
-        times=trajectory.times,
-        states=states,
+        times=found.times,
+        states=found.states,
         state_names=model.states,
-        channels=channels,
+        channels=found.channels,
         units=units,
-        outcome=trajectory.outcome,
-        message=trajectory.message,
+        outcome=found.outcome,
+        message=found.message,
         statistics=trajectory.statistics,
         events=events,
     )

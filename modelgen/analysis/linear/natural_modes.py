@@ -1,10 +1,7 @@
 """Natural modes of M q'' + C q' + K q = 0, all of them, for drivelines of up to some hundred degrees of freedom.
 
-Below ``modal``. What turns or moves without any stiffness is split off first, in the chosen coordinates, so a rigid mode is
-exactly zero and takes no accuracy from the others; each frequency is then improved by its Rayleigh quotient in relative angles,
-where a tree of shafts has a diagonal stiffness and nothing cancels.
-Sources: F. Tisseur, K. Meerbergen, SIAM Rev. 43 (2001) 235 (state-space form); B. N. Parlett, The Symmetric Eigenvalue Problem
-(1998), ch. 1 (Rayleigh quotient).
+Below ``modal``, on the undamped modes of ``modelgen.solvers.undamped_modes``.
+Source: F. Tisseur, K. Meerbergen, SIAM Rev. 43 (2001) 235 (state-space form).
 """
 
 from __future__ import annotations
@@ -17,54 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.analysis.linear.mode_pairing import followed, is_upper
-from modelgen.solvers.equilibrium import Coordinates
+from modelgen.solvers.undamped_modes import ZERO, Modes, natural_modes
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-ZERO = 1e-12  # stiffness against a motion, relative to the terms it is made of, that is rounding
 
-
-@dataclass(frozen=True, eq=False)
-class Modes:
-    """Undamped modes, those without stiffness first, the others by frequency.
-
-    ``squares`` [rad^2/s^2], exactly zero for the first ``free`` modes, negative for an unstable one; ``shapes`` (groups, modes)
-    with shape^T M shape = 1.
-    """
-
-    squares: Array
-    shapes: Array
-    free: int
-
-    @property
-    def frequencies(self) -> Array:
-        """Natural frequencies [Hz]; an unstable mode has a negative one."""
-        return np.asarray(np.sign(self.squares) * np.sqrt(np.abs(self.squares)) / (2 * np.pi))
-
-
-def natural_modes(mass: Array, stiffness: Array, coordinates: Coordinates) -> Modes:
-    """All undamped modes. ``mass`` and the symmetric part of ``stiffness`` (groups, groups) count."""
-    stiffness = (stiffness + stiffness.T) / 2
-    # Rigid rotations, and relative angles that meet no stiffness where the driveline rests, such as a flank inside its backlash.
-    to_angles = coordinates.to_angles
-    force, size = np.abs(stiffness @ to_angles), np.abs(stiffness) @ np.abs(to_angles)
-    is_free = np.all(force <= ZERO * size, axis=0)
-    loose, stiff = to_angles[:, is_free], to_angles[:, ~is_free]
-    inertia = loose.T @ mass @ loose
-    elastic = stiff - loose @ np.linalg.solve(inertia, loose.T @ mass @ stiff) if loose.size else stiff
-    reduced_mass, reduced_stiffness = elastic.T @ mass @ elastic, stiff.T @ stiffness @ stiff
-    factor = np.linalg.cholesky(reduced_mass)
-    symmetric = np.linalg.solve(factor, np.linalg.solve(factor, reduced_stiffness).T)
-    _, vectors = np.linalg.eigh((symmetric + symmetric.T) / 2)
-    vectors = np.linalg.solve(factor.T, vectors)
-    squares = np.einsum("im,ij,jm->m", vectors, reduced_stiffness, vectors) / np.einsum(
-        "im,ij,jm->m", vectors, reduced_mass, vectors
-    )
-    order = np.argsort(squares, kind="stable")
-    rigid = np.linalg.solve(np.linalg.cholesky(inertia), loose.T).T if loose.size else loose
-    shapes = np.hstack([rigid, (elastic @ vectors)[:, order]])
-    shapes = shapes / np.sqrt(np.einsum("im,ij,jm->m", shapes, mass, shapes))
-    return Modes(np.concatenate([np.zeros(loose.shape[1]), squares[order]]), shapes, loose.shape[1])
+__all__ = ["DampedModes", "Modes", "damped_modes", "natural_modes"]
 
 
 @dataclass(frozen=True, eq=False)

@@ -35,7 +35,7 @@ Build = Callable[[Path, Path], None]  # (an empty private folder, the library to
 def cache_folder() -> Path:
     """Where libraries are kept: $MODELGEN_CACHE, or the user's cache folder, if it is private; else a folder of this process."""
     if os.environ.get(ENVIRONMENT):
-        wanted = Path(os.environ[ENVIRONMENT])
+        wanted = Path(os.environ[ENVIRONMENT]).absolute()
     else:
         try:
             wanted = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "modelgen" / "native"

@@ -34,7 +34,7 @@ FLAGS = (
     "-fPIC",
     "-shared",
 )
-LONGEST_BUILD = 300.0  # s
+LONGEST_BUILD = 60.0  # s; drivelines of a thousand inertias take a few
 
 
 class NoCompilerError(LoweringError):
@@ -91,7 +91,12 @@ def find_compiler(environment: Mapping[str, str] | None = None) -> Compiler:
     """
     env = os.environ if environment is None else environment
     path = env.get("PATH", os.defpath)
-    if wanted := shlex.split(env.get("CC", "")):
+    try:
+        wanted = shlex.split(env.get("CC", ""))
+    except ValueError as error:
+        problem = f"$CC is {env['CC']!r:.60}: {error}"
+        raise NoCompilerError("native code", problem, "correct it, or run on CasADi's virtual machine") from None
+    if wanted:
         if (found := shutil.which(wanted[0], path=path)) is None:
             problem = f"$CC names {wanted[0]!r}, which is not there"
             raise NoCompilerError("native code", problem, "correct it, or run on CasADi's virtual machine")
@@ -116,7 +121,7 @@ def _version(command: tuple[str, ...], stamp: tuple[int, int]) -> str:
     """What the compiler says about itself; asked once, and again when its file changes."""
     try:
         done = subprocess.run(
-            [*command, "--version"], capture_output=True, text=True, timeout=30, check=False, stdin=subprocess.DEVNULL
+            [*command, "--version"], capture_output=True, text=True, timeout=10, check=False, stdin=subprocess.DEVNULL
         )
     except (OSError, subprocess.TimeoutExpired) as error:
         raise NoCompilerError(

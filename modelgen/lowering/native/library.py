@@ -6,6 +6,7 @@ staged or printed for what was built before, and a new value of a parameter buil
 
 from __future__ import annotations
 
+import _ctypes
 import ctypes
 import functools
 import hashlib
@@ -19,7 +20,7 @@ import numpy as np
 from modelgen.errors import LoweringError
 from modelgen.lowering import tableau
 from modelgen.lowering.native.cache import library_for
-from modelgen.lowering.native.compiler import find_compiler
+from modelgen.lowering.native.compiler import NoCompilerError, find_compiler
 from modelgen.lowering.native.functions import kinds_of, observer_functions, stage_functions
 from modelgen.lowering.native.stages import Stages
 from modelgen.lowering.native.steps import bundle, method_named, step_functions, step_sizes
@@ -33,6 +34,7 @@ _GENERATOR = (
     *("windows.py", "functions.py", "kinds.py", "explicit_step.py", "doubled_step.py", "steps.py", "library.py", *_HEADERS),
 )
 _ALIGNMENT = 64
+SIZES = {"solver": "modelgen_sizes", "observer": "observer_sizes"}  # what a library of each kind answers first
 _DOUBLES = ctypes.POINTER(ctypes.c_double)
 _COUNTS = ctypes.POINTER(ctypes.c_int64)
 
@@ -44,7 +46,7 @@ class NativeSolver:
     """
 
     def __init__(self, path: Path) -> None:
-        self._library = library = ctypes.CDLL(str(path))
+        self._library = library = _loaded(path)
         task, work, log = ctypes.POINTER(Task), ctypes.c_void_p, ctypes.POINTER(Log)
         for name, result, arguments in (
             ("sizes", ctypes.c_int64, [ctypes.c_int64]),
@@ -99,7 +101,7 @@ class NativeObserver:
     """A loaded function (t, x, p) or (t, x, v, p) -> column that a solver asks for within its run: guards, resets, channels."""
 
     def __init__(self, path: Path) -> None:
-        self._library = ctypes.CDLL(str(path))  # holds the code as long as it is pointed to
+        self._library = _loaded(path)  # holds the code as long as it is pointed to
         self._library.observer_sizes.restype = ctypes.c_int64
         self._library.observer_sizes.argtypes = [ctypes.c_int64]
         sizes = [int(self._library.observer_sizes(index)) for index in range(5)]
@@ -162,6 +164,30 @@ def native_observer(function: ca.Function, lanes: bool = False) -> NativeObserve
     return NativeObserver(_built((function,), ("observer", lanes), lambda: observer_source(function, lanes)))
 
 
+def _loaded(path: Path) -> ctypes.CDLL:
+    """A library of ours. Raises NoCompilerError where the machine does not let it be loaded."""
+    try:
+        return ctypes.CDLL(str(path))
+    except OSError as error:
+        remedy = "set $MODELGEN_CACHE to a folder on a file system that is not mounted noexec, or run on CasADi's virtual machine"
+        raise NoCompilerError("native code", f"a built library cannot be loaded: {error!s:.160}", remedy) from None
+
+
+def _probe(path: Path, function: str) -> None:
+    """Loads what was just built and asks it for its sizes, before it is kept: a compiler may end well and write rubbish."""
+    library = _loaded(path)
+    try:
+        sizes = getattr(library, function)
+    except AttributeError:
+        problem = f"the compiler wrote a library without {function}"
+        raise NoCompilerError("native code", problem, "correct $CC, or run on CasADi's virtual machine") from None
+    sizes.restype, sizes.argtypes = ctypes.c_int64, [ctypes.c_int64]
+    if sizes(0) < 0:
+        raise NoCompilerError("native code", "a library that was just built does not answer", "correct $CC")
+    if hasattr(_ctypes, "dlclose"):
+        _ctypes.dlclose(library._handle)
+
+
 def _built(functions: tuple[ca.Function, ...], kind: tuple[object, ...], text_of: Callable[[], str]) -> Path:
     compiler = find_compiler()
 
@@ -169,6 +195,7 @@ def _built(functions: tuple[ca.Function, ...], kind: tuple[object, ...], text_of
         text = folder / "solver.c"
         text.write_text(text_of(), encoding="utf-8")
         compiler.build(text, library)
+        _probe(library, SIZES[str(kind[0])])
 
     parts = (
         *(function.serialize().encode() for function in functions),

@@ -103,21 +103,36 @@ class ParameterTable:
         values = p[self.slices[source]]
         return values.copy() if self.parameters[source].series else float(values[0])
 
-    def _put(self, p: np.ndarray, name: str, value: Any) -> None:
+    def place(self, name: str) -> tuple[Parameter, slice]:
+        """The parameter that a name means, such as ``zeta`` or the row ``mesh.stiffness_cosine[1]``, and its entries of p.
+
+        Raises NamingError with the nearest name.
+        """
         row = _ROW.fullmatch(name)
         base = row[1] if row else name
         if base not in self.parameters:
-            hint = nearest(base, self.parameters)
             if base in self.derived:
                 sources = [source for source in self.derived[base].arguments.values() if isinstance(source, str)]
                 raise NamingError(f"parameter {base!r}", "is derived from others", f"set {' or '.join(sources)}")
-            raise NamingError(f"parameter {name!r}", "is not known", hint)
+            raise NamingError(f"parameter {name!r}", "is not known", nearest(base, self.parameters))
         parameter, where = self.parameters[base], self.slices[base]
         if row:
             index = int(row[2]) - 1
             if not parameter.series or not 0 <= index < len(parameter.symbols):
                 raise NamingError(f"parameter {name!r}", f"has no such row; it has {len(parameter.symbols)}", "rows count from 1")
             where = slice(where.start + index, where.start + index + 1)
+        return parameter, where
+
+    def unit_of_number(self, name: str, asked: str) -> str:
+        """The unit of a single number, a parameter or a row of a series. Raises NamingError, CaseError for a whole series."""
+        parameter, where = self.place(name)
+        if parameter.series and not _ROW.fullmatch(name):
+            what = f"is a series of {where.stop - where.start} numbers"
+            raise CaseError(f"{asked} {name!r}", what, f"sweep a row of it, such as {name}[1]")
+        return parameter.unit
+
+    def _put(self, p: np.ndarray, name: str, value: Any) -> None:
+        parameter, where = self.place(name)
         p[where] = self._read(parameter, name, value, where.stop - where.start)
 
     def _read(self, parameter: Parameter, name: str, value: Any, count: int) -> np.ndarray:
@@ -146,7 +161,6 @@ class ParameterTable:
         return numbers
 
     def value(self, p: np.ndarray, name: str) -> float:
-        """The value of one parameter, or of the first row of a series, in a vector p. Raises NamingError."""
-        if name not in self.slices:
-            raise NamingError(f"parameter {name!r}", "is not known", nearest(name, self.slices))
-        return float(p[self.slices[name]][0])
+        """The value of one parameter, or of a row or the first row of a series, in a vector p. Raises NamingError."""
+        where = self.slices.get(name) or self.place(name)[1]
+        return float(p[where][0])

@@ -17,6 +17,9 @@ from modelgen.model.declarations import Param
 from modelgen.model.names import identifier
 from modelgen.units import finite, read_quantity
 
+ROW = re.compile(r"(\w+)\[(\d{1,6})\]", re.ASCII)
+"""A row of a series, by its name: ``cosine[1]`` is the first."""
+
 
 @dataclass(frozen=True)
 class Shared:

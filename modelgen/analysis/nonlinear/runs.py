@@ -64,9 +64,7 @@ def parameter_values(model: Compiled, name: str, values: Sequence[Any], question
     listed = list(values) if not isinstance(values, str) else [values]
     if not listed:
         raise CaseError(where, "there are no values", "give at least one")
-    parameter = model.parameters.parameters.get(name)
-    if parameter is not None and parameter.series:
-        raise CaseError(where, f"is a series of {len(parameter.symbols)} numbers", "sweep one number")
+    model.parameters.unit_of_number(name, f"{question},")
     return [model.parameters.value(model.parameters.vector({name: each}), name) for each in listed]
 
 

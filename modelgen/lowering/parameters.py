@@ -6,8 +6,10 @@ index; a change never compiles anything. Expressions and derived parameters foll
 
 from __future__ import annotations
 
+import copy
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import casadi as ca
@@ -43,6 +45,23 @@ class ParameterTable:
         self.table = {symbol: self.vector_symbol[index] for index, symbol in enumerate(self.symbols)}
         self._expressions = self._compile_expressions()
         self._last: dict[str, tuple[Any, np.ndarray]] = {}
+        self.given: Mapping[str, Any] = {}
+
+    def with_values(self, values: Values) -> ParameterTable:
+        """The table with other values of its own; ``given`` holds them. Raises what ``vector`` raises for a name or a value."""
+        table = copy.copy(self)
+        table.given = {**self.given, **values}
+        p = np.zeros(self.size)
+        for name, parameter in self.parameters.items():
+            p[self.slices[name]] = parameter.values
+        for name, value in values.items():
+            self._put(p, name, value)
+        named = {self.place(name)[0].name for name in values}
+        table.parameters = {
+            name: replace(each, values=tuple(p[self.slices[name]].tolist())) if name in named else each
+            for name, each in self.parameters.items()
+        }
+        return table
 
     def _compile_expressions(self) -> dict[str, ca.Function]:
         visitor = Visitor(self.table, "parameters")
@@ -69,12 +88,13 @@ class ParameterTable:
     def vector(self, values: Values | None = None) -> np.ndarray:
         """The vector p for the model's own values with some changed by name; SI numbers or texts with units.
 
-        Raises NamingError for an unknown name, ModelError or UnitError for an unlawful value.
+        Loads that ``Driveline.balance`` scales stand here unbalanced, as they were given: ``operating_point(model).p`` is the
+        vector in balance. Raises NamingError for an unknown name, ModelError or UnitError for an unlawful value.
         """
         p = np.zeros(self.size)
         for name, parameter in self.parameters.items():
             p[self.slices[name]] = parameter.values
-        changed = dict(values or {})
+        changed = {**self.given, **(values or {})}
         for name, value in changed.items():
             self._put(p, name, value)
         for name, function in self._expressions.items():

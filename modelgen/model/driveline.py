@@ -175,7 +175,7 @@ class Driveline:
     def balance(self, *loads: str, may_drive: bool = False) -> Driveline:
         """With the named loads scaled so that the mean power closes at whatever speed, ratio and parameters are set.
 
-        A scale below zero turns a load into a drive: that is refused when it is found, unless ``may_drive``.
+        A scale below zero would turn a load, which takes power, into a drive: refused when it is found, unless ``may_drive``.
         """
         return replace(self, balanced=loads, balance_may_drive=may_drive)
 

@@ -20,7 +20,7 @@ from modelgen.model.declarations import Choice, Clock, Declaration, Flange, Flan
 from modelgen.model.modes import Guard, Modes
 from modelgen.model.names import identifier
 from modelgen.model.questions import refuse_idle, refuse_misspelt
-from modelgen.model.values import ROW, Shared, read_value
+from modelgen.model.values import Shared, read_value, with_whole_series
 
 Kind = TypeVar("Kind")
 _OWN_NAMES = ("name", "note", "kind", "where", "targets", "choices", "harmonics", "clocks", "values", "lengths")
@@ -236,26 +236,11 @@ class Element:
 
         A row of a series is named as in ``**{"stiffness_cosine[1]": "3e7 N/m"}``; rows count from 1.
         """
-        changes = self._with_whole_series(changes)
+        changes = with_whole_series(changes, self.values, self.where)
         choices = {**self.choices, **{key: value for key, value in changes.items() if key in self.choices}}
         declared = self.declared(Switched)
         kept = {key: value for key, value in self.given().items() if key not in declared or declared[key].exists(choices)}
         return type(self)(name or self.name, **{"note": self.note, **kept, **changes})
-
-    def _with_whole_series(self, changes: Mapping[str, Any]) -> dict[str, Any]:
-        """Changes with rows of series put into the series. Raises NamingError for a row that is not there."""
-        whole = {key: value for key, value in changes.items() if not ROW.fullmatch(key)}
-        for key, value in changes.items():
-            if row := ROW.fullmatch(key):
-                series = whole.get(row[1], self.values.get(row[1]))
-                if isinstance(series, Shared):
-                    remedy = f"change {series.name}[{row[2]}] of the driveline"
-                    raise NamingError(self.where, f"{row[1]} is the driveline's parameter {series.name!r}", remedy)
-                if not isinstance(series, (tuple, list)) or not 1 <= int(row[2]) <= len(series):
-                    held = len(series) if isinstance(series, (tuple, list)) else 0
-                    raise NamingError(self.where, f"has no row {key!r}; {row[1]!r} has {held} rows", "rows count from 1")
-                whole[row[1]] = (*series[: int(row[2]) - 1], value, *series[int(row[2]) :])
-        return whole
 
     def __eq__(self, other: object) -> bool:
         return type(self) is type(other) and isinstance(other, Element) and self._identity() == other._identity()

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from modelgen.errors import BalanceError
 from modelgen.lowering import Compiled
 from modelgen.lowering.parameters import MODAL
+from modelgen.solvers.asked_model import asked_model
 from modelgen.solvers.equilibrium import Coordinates, linear_model, mean_torque, own_start, static_angles
 from modelgen.solvers.sampled_turn import sampled_turn
 
@@ -74,8 +75,9 @@ def operating_point(model: Compiled, values: Mapping[str, Any] | None = None) ->
     >>> point.frequencies()[1:4].round(3).tolist()
     [45.236, 75.253, 124.143]
     """
+    model = asked_model(model, "operating_point")
     p = model.parameters.vector(values)
-    _balance(model, p, set(values or ()))
+    _balance(model, p, {*model.parameters.given, *(values or ())})
     mean = mean_values(model, p)
     coordinates = Coordinates.of(model, p)
     angle, drift = static_angles(model, p, mean, coordinates)
@@ -119,12 +121,12 @@ def _balance(model: Compiled, p: Array, fixed: set[str]) -> None:
             f"driveline {model.name!r}", "the balanced loads have no mean torque", "give them a mean, or balance other loads"
         )
     scale = without / (without - load)
-    if scale < 0 and not model.equations.balance_may_drive:
+    if scale < 0 and load < without and not model.equations.balance_may_drive:  # what absorbed power would supply it
         loads = ", ".join(repr(name.rpartition(".")[0]) for name in names)
         raise BalanceError(
             f"driveline {model.name!r}",
             f"balance would scale {loads} by {scale:.4g}, which turns the load into a drive",
-            "correct the sign of a torque, or allow it: balance(..., may_drive=True), in a model file balance_may_drive = true",
+            "correct a torque or its sign, or allow it: balance(..., may_drive=True), in a model file balance_may_drive = true",
         )
     p[entries] = given * scale
 

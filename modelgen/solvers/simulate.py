@@ -8,23 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
-from modelgen.errors import CaseError, nearest
+from modelgen.errors import CaseError, refuse_unless
 from modelgen.lowering import Compiled
 from modelgen.lowering.switched import SwitchedModel
 from modelgen.solvers.case import Case
 from modelgen.solvers.equilibrium import Array
 from modelgen.solvers.guards import guard_floors
 from modelgen.solvers.operating_point import OperatingPoint, operating_point
-from modelgen.solvers.problem import InitialValueProblem, SolverOptions
-from modelgen.solvers.registry import SOLVERS, solve
+from modelgen.solvers.problem import InitialValueProblem
+from modelgen.solvers.registry import SOLVERS, solve, solver_options
 from modelgen.solvers.scales import state_scales
 from modelgen.solvers.solution import Solution
-
-_OPTIONS = tuple(name for name in SolverOptions.__dataclass_fields__ if name != "tolerance")
 
 
 def simulate(case: Case) -> Solution:
@@ -39,6 +36,7 @@ def simulate(case: Case) -> Solution:
     >>> round(float(solution["shaft.torque"].max()), 6)
     100.0
     """
+    refuse_unless(case, Case, "simulate")
     if case.model is None:
         raise CaseError("case", "has no compiled model", "a loaded case cites its model only; give it the driveline again")
     model = case.model
@@ -136,11 +134,3 @@ def starting_state(model: Compiled, point: OperatingPoint, start: str | Mapping[
     for name, value in start.items():
         state[model.state_index(name)] = float(value)
     return state
-
-
-def solver_options(tolerance: float, options: Mapping[str, Any]) -> SolverOptions:
-    """Options of a solver from plain names; an unknown one is refused with the nearest."""
-    for name in options:
-        if name not in _OPTIONS:
-            raise CaseError("case, options", f"has {name!r}", nearest(name, _OPTIONS))
-    return SolverOptions(tolerance=tolerance, **options)

@@ -21,8 +21,8 @@ from modelgen.solvers.gather import Gather
 from modelgen.solvers.lanes import solve_lanes
 from modelgen.solvers.operating_point import OperatingPoint, operating_point
 from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Trajectory
-from modelgen.solvers.registry import solve, solver_named
-from modelgen.solvers.simulate import initial_value_problem, solver_options
+from modelgen.solvers.registry import solve, solver_named, solver_options
+from modelgen.solvers.simulate import initial_value_problem
 
 Array = NDArray[np.float64]
 Values = dict[str, Any]

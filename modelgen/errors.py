@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
+from typing import Any
 
 
 class ModelgenError(Exception):
@@ -54,6 +55,36 @@ class LoweringError(ModelgenError):
 
 class CaseError(ModelgenError):
     """A request (case, option, argument, channel) cannot be carried out."""
+
+
+_INSTEAD = {
+    "Compiled": {
+        "Driveline": "lower(assemble(line)), or Case(line, end=1.0)",
+        "Equations": "lower(equations)",
+        "": "lower(assemble(line))",
+    },
+    "Case": {"Equations": "Case(lower(equations), end=1.0)", "Compiled": "Case(model, end=1.0)", "": "Case(line, end=1.0)"},
+    "Driveline": {"": "a Driveline, such as load(file)"},
+    "Equations": {"Driveline": "assemble(line)", "": "assemble(line), or system(...)"},
+    "Solution": {"Case": "simulate(case)", "": "simulate(Case(line, end=1.0))"},
+    "OperatingPoint": {"": "operating_point(model)"},
+    "Window": {"": "settled_window(model, point)"},
+    "ForcedResult": {"": "forced(model, speeds)"},
+}
+
+
+def refuse_unless(given: Any, kind: type, question: str) -> None:
+    """Raises CaseError unless a question is asked of what it can take; the remedy leads from what was given to that.
+
+    >>> refuse_unless(3, dict, "modal")
+    Traceback (most recent call last):
+    ...
+    modelgen.errors.CaseError: modal: is asked of int, not of dict; give a dict
+    """
+    if not isinstance(given, kind):
+        name = type(given).__name__
+        ways = _INSTEAD.get(kind.__name__, {"": f"a {kind.__name__}"})
+        raise CaseError(question, f"is asked of {name}, not of {kind.__name__}", f"give {ways.get(name, ways[''])}")
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

@@ -34,10 +34,10 @@ def stepped(model: Compiled, axis: tuple[str, str, str], count: int, option: str
 
     name, first, last = axis
     where = f"{option} {name}"
-    if name not in model.parameters.parameters:
+    if name.partition("[")[0] not in model.parameters.parameters:
         problem = f"driveline {model.name!r} has no parameter {name!r}"
         raise NamingError(where, problem, nearest(name, model.parameters.names))
-    unit = model.parameters.parameters[name].unit
+    unit = model.parameters.unit_of_number(name, option)
     low, high = (read_quantity(text, unit, where) for text in (first, last))
     if not low < high:
         raise CaseError(where, f"goes from {first} to {last}", "give the lower value first")

@@ -37,7 +37,7 @@ def settle(
                 raise CaseError(f"driveline {line.name!r}", problem, "leave the option out")
             for name in chosen:
                 of_elements.setdefault(name, {}).setdefault("damping", value)  # what --set names is the more particular
-    elements = tuple(_changed(each, of_elements[each.name]) if each.name in of_elements else each for each in line.elements)
+    elements = tuple(each.copy(**of_elements[each.name]) if each.name in of_elements else each for each in line.elements)
     line = replace(line, elements=elements).set(**{name: _value(line, name, text) for name, text in of_line.items()})
     if mesh_reading is not None:
         line = _read_mesh_damping(line, mesh_reading, of_line)
@@ -71,10 +71,10 @@ def common_switch(line: Driveline, kind: str, switch: str = "damping") -> str | 
     return settings.pop() if len(settings) == 1 else None
 
 
-def _read(line: Driveline, assignments: Iterable[str]) -> tuple[dict[str, str], dict[str, dict[str, str]]]:
+def _read(line: Driveline, assignments: Iterable[str]) -> tuple[dict[str, str], dict[str, dict[str, Any]]]:
     """Assignments to the driveline's own parameters, and to each element's."""
     of_line: dict[str, str] = {}
-    of_elements: dict[str, dict[str, str]] = {}
+    of_elements: dict[str, dict[str, Any]] = {}
     for text in assignments:
         name, equals, value = (part.strip() for part in text.partition("="))
         if not (name and equals and value):
@@ -91,9 +91,9 @@ def _read(line: Driveline, assignments: Iterable[str]) -> tuple[dict[str, str], 
             raise NamingError(f"--set {name}", f"there is no element or kind {owner!r}", nearest(owner, known))
         for element in chosen:
             known = _settable(element)
-            if key not in known:
+            if key.partition("[")[0] not in known:
                 raise NamingError(f"--set {name}", f"{element.where} has no parameter {key!r}", nearest(key, known))
-            of_elements.setdefault(element.name, {})[key] = value
+            of_elements.setdefault(element.name, {})[key] = _listed(element, key, value)
     return of_line, of_elements
 
 
@@ -103,8 +103,19 @@ def _settable(element: Element) -> list[str]:
     return [name for group in (*declared, element.declared(Flange)) for name in group]
 
 
+def _listed(element: Element, key: str, text: str) -> Any:
+    """Orders and series as lists of what stands between commas; anything else as it is given."""
+    if key in element.declared(Orders):
+        parts = [part.strip() for part in text.split(",")]
+        return [int(part) for part in parts] if all(part.isdecimal() for part in parts) else text
+    param = element.declared(Param).get(key)
+    if param is not None and param.series and any(character.isdigit() for character in text.partition(" ")[0]):
+        return [part.strip() for part in text.split(",")]
+    return text
+
+
 def _known_parameter(line: Driveline, name: str) -> None:
-    if name == "speed" or name in line.parameters:
+    if name == "speed" or name.partition("[")[0] in line.parameters:
         return
     own = [f"{element.name}.{key}" for element in line.elements for key in element.values]
     hint = nearest(name, ["speed", *line.parameters, *own])
@@ -115,15 +126,8 @@ def _value(line: Driveline, name: str, text: str) -> Any:
     """A value in the unit that the parameter has; a speed keeps its text, which names its unit."""
     if name == "speed":
         return text
-    old = line.parameters[name]
-    if isinstance(old.value, tuple):
-        raise CaseError(f"--set {name}", f"is a series of {len(old.value)} numbers", "change it in the model file")
+    old = line.parameters[name.partition("[")[0]]
+    if isinstance(old.value, tuple) and "[" not in name:
+        what = f"is a series of {len(old.value)} numbers"
+        raise CaseError(f"--set {name}", what, f"change a row of it, such as {name}[1], or all in the model file")
     return read_quantity(text, old.unit, f"--set {name}")
-
-
-def _changed(element: Element, changes: Mapping[str, str]) -> Element:
-    """The element with other values; those that its switches no longer have use for are left out."""
-    params = element.declared(Param)
-    choices = {**element.choices, **{key: value for key, value in changes.items() if key in element.choices}}
-    kept = {key: value for key, value in element.given().items() if key not in params or params[key].exists(choices)}
-    return type(element)(element.name, note=element.note, **{**kept, **changes})

@@ -5,6 +5,7 @@ Reading makes the vocabulary of elements known, so this package stands below eve
 
 from __future__ import annotations
 
+from os import PathLike
 from pathlib import Path
 
 import modelgen.elements  # noqa: F401 - defining the elements makes their kinds known to model files
@@ -30,6 +31,8 @@ def load(model: str | Path) -> Driveline:
     >>> print(load("fracturing-truck"))
     driveline 'fracturing-truck': 40 elements (16 inertia, 13 shaft, 2 gear_pair, 9 harmonic_torque) at 1900 rpm of 'flywheel'
     """
+    if not isinstance(model, (str, PathLike)):
+        raise CaseError("load", f"is given {type(model).__name__}", "give a name of the catalogue, or the path of a model file")
     known = catalogue()
     if str(model) in known:
         return read_model(known[str(model)])

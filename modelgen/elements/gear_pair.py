@@ -8,7 +8,7 @@ printed one is the named form ``literal``.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import radians
+from math import degrees, radians
 from typing import Any
 
 import numpy as np
@@ -34,6 +34,14 @@ def rows_from_geometry(stiffness_orders: tuple[int, ...], **geometry: float) -> 
     teeth.update(teeth_1=int(teeth["teeth_1"]), teeth_2=int(teeth["teeth_2"]))
     mean, cosine, sine = mesh_stiffness_rows(order=max(orders), **teeth, **geometry)  # type: ignore[arg-type]  # names are its own
     return [mean, *(cosine[n - 1] for n in orders), *(sine[n - 1] for n in orders)]
+
+
+def base_circles(pressure_angle: float) -> tuple[float, ...]:
+    """Nothing, for a pressure angle at which a gear has a base circle. Raises ModelError for others."""
+    if 0 < pressure_angle < radians(89):
+        return ()
+    problem = f"its pressure angle is {degrees(pressure_angle):.6g} deg, at which a gear has no base circle"
+    raise ModelError("gear_pair", problem, "give an angle of some 14 to 30 deg, with its unit")
 
 
 def lowest_stiffness(
@@ -83,9 +91,8 @@ class GearPair(Element):
     teeth_b = Param(positive=True, integer=True, doc="teeth of the gear on b")
     radii = Choice("module", "given", doc="whether base radii follow from the module or are given")
     module = Param("m", positive=True, when={"radii": "module"}, doc="module")
-    pressure_angle = Param(
-        "rad", default=radians(20), positive=True, largest=radians(85), when={"radii": "module"}, doc="pressure angle"
-    )
+    pressure_angle = Param("rad", default=radians(20), positive=True, when={"radii": "module"}, doc="pressure angle")
+    has_base_circles = Derived("m", base_circles, of=("pressure_angle",), count=lambda self: 0, when={"radii": "module"})
     base_radius_a = Param("m", positive=True, when={"radii": "given"}, doc="base radius on a; that on b follows from the teeth")
 
     mesh = Choice("fourier", "table", "rectangular", "geometry", doc="form of the mesh stiffness over one mesh period")

@@ -21,7 +21,7 @@ from modelgen.equations.parameter_table import ParameterTable, with_lengths
 from modelgen.equations.parts import Part, TemplateTable
 from modelgen.equations.records import Equations, Instance, StateVariable
 from modelgen.equations.topology import check_connected, check_senses, join_flanges, reference_node, shaft_node
-from modelgen.errors import ModelError
+from modelgen.errors import ModelError, refuse_unless
 from modelgen.model import Driveline, Flange, Shared
 
 
@@ -36,6 +36,7 @@ def assemble(line: Driveline) -> Equations:
       4 states: 1 rigid and 1 vibrating angles, their rates
       ...
     """
+    refuse_unless(line, Driveline, "assemble")
     if not line.elements:
         raise ModelError(f"driveline {line.name!r}", "has no elements", "add inertias and what joins them")
     table = ParameterTable(line)

@@ -10,7 +10,7 @@ import functools
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import casadi as ca
 import numpy as np
@@ -23,6 +23,17 @@ from modelgen.lowering.switched import SwitchedModel, SwitchingParts, switched_m
 from modelgen.lowering.switching import Crossing, Section, Switching
 
 Vector = Sequence[float] | np.ndarray
+Made = TypeVar("Made")
+
+
+def _shared(make: Callable[[Compiled], Made]) -> functools.cached_property[Made]:
+    """A cached property that a model with other values of its own takes from the model that it was made of."""
+
+    @functools.wraps(make)
+    def found(model: Compiled) -> Made:
+        return make(model) if model.origin is None else getattr(model.origin, make.__name__)
+
+    return functools.cached_property(found)
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,31 +59,46 @@ class Compiled:
     units: tuple[str, ...]
     mean_model: Mapping[str, ca.Function]
     switching_parts: Callable[[], SwitchingParts]
+    origin: Compiled | None = None
+
+    def with_values(self, values: Mapping[str, Any]) -> Compiled:
+        """The same model with other values of its own; it shares every function, and nothing is built anew.
+
+        What is asked of it answers for these values. Raises NamingError, ModelError, UnitError or CaseError as ``vector`` does.
+        """
+        return replace(self, parameters=self.parameters.with_values(values), origin=self.origin or self) if values else self
+
+    def __eq__(self, other: object) -> bool:
+        """Whether two models compute by the same functions, whatever values they hold."""
+        return isinstance(other, Compiled) and (self.origin or self) is (other.origin or other)
+
+    def __hash__(self) -> int:
+        return id(self.origin or self)
 
     @property
     def name(self) -> str:
         """Name of the driveline."""
         return self.equations.name
 
-    @functools.cached_property
+    @_shared
     def rhs_function(self) -> ca.Function:
         """CasADi function (t, x, p) -> time derivative of x."""
         e = self.expressions
         return ca.Function("rhs", [e["t"], e["x"], e["p"]], [ca.densify(e["ode"])], ["t", "x", "p"], ["ode"])
 
-    @functools.cached_property
+    @_shared
     def jacobian_function(self) -> ca.Function:
         """CasADi function (t, x, p) -> derivative of the right-hand side by x, sparse."""
         e = self.expressions
         return ca.Function("jacobian", [e["t"], e["x"], e["p"]], [ca.jacobian(e["ode"], e["x"])], ["t", "x", "p"], ["jacobian"])
 
-    @functools.cached_property
+    @_shared
     def output_function(self) -> ca.Function:
         """CasADi function (t, x, p) -> all output channels."""
         e = self.expressions
         return ca.Function("outputs", [e["t"], e["x"], e["p"]], [ca.densify(e["outputs"])], ["t", "x", "p"], ["outputs"])
 
-    @functools.cached_property
+    @_shared
     def switching(self) -> Switching | None:
         """The modes and guards of the model; None where it has none."""
         switched = self.switched()
@@ -93,7 +119,7 @@ class Compiled:
         tail[len(tail) - len(sections) :] = [each.value for each in sections]
         return replace(model, tail=tail)
 
-    @functools.cached_property
+    @_shared
     def _models(self) -> dict[tuple[tuple[str, int, bool], ...], SwitchedModel]:
         """What has been built, by the sections in it but for their values."""
         return {}
@@ -104,7 +130,7 @@ class Compiled:
         e = self.expressions
         return switched_model(self._parts, e["t"], e["x"], e["p"], self.outputs, rows, crossings)
 
-    @functools.cached_property
+    @_shared
     def _parts(self) -> SwitchingParts:
         if self.equations.modes or self.equations.guards:
             return self.switching_parts()
@@ -202,7 +228,7 @@ class Compiled:
             raise CaseError(where, "is not finite", "give finite numbers")
         return array
 
-    @functools.cached_property
+    @_shared
     def fingerprint(self) -> str:
         """SHA-256 of what the driveline computes: its expressions with their names, not its parameter values."""
         text = hashlib.sha256()

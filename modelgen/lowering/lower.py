@@ -12,6 +12,7 @@ from __future__ import annotations
 import casadi as ca
 
 from modelgen.equations.records import Equations
+from modelgen.errors import refuse_unless
 from modelgen.lowering.clocks import _multiple as _multiple
 from modelgen.lowering.clocks import clocks_of
 from modelgen.lowering.compiled import Compiled
@@ -31,6 +32,7 @@ def lower(equations: Equations) -> Compiled:
     >>> model.rhs(0.0, [0.0, 1.0, 0.0, 0.0], model.parameters.vector()).tolist()  # twist 1 rad
     [0.0, 0.0, -1.4, -4.9]
     """
+    refuse_unless(equations, Equations, "lower")
     fixed = fixed_part(equations)
     clocks = clocks_of(fixed)
     x = ca.SX.sym("x", len(equations.states))

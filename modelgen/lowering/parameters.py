@@ -6,8 +6,10 @@ index; a change never compiles anything. Expressions and derived parameters foll
 
 from __future__ import annotations
 
+import copy
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import casadi as ca
@@ -48,6 +50,23 @@ class ParameterTable:
         deciding = set().union(*(condition.symbols for condition in self.conditions))
         self._deciding = [row for row, symbol in enumerate(self.symbols) if symbol in deciding]
         self._kept: set[bytes] = set()
+        self.given: Mapping[str, Any] = {}
+
+    def with_values(self, values: Values) -> ParameterTable:
+        """The table with other values of its own; ``given`` holds them. Raises what ``vector`` raises for a name or a value."""
+        table = copy.copy(self)
+        table.given = {**self.given, **values}
+        p = np.zeros(self.size)
+        for name, parameter in self.parameters.items():
+            p[self.slices[name]] = parameter.values
+        for name, value in values.items():
+            self._put(p, name, value)
+        named = {self.place(name)[0].name for name in values}
+        table.parameters = {
+            name: replace(each, values=tuple(p[self.slices[name]].tolist())) if name in named else each
+            for name, each in self.parameters.items()
+        }
+        return table
 
     def _compile_expressions(self) -> dict[str, ca.Function]:
         visitor = Visitor(self.table, "parameters")
@@ -74,12 +93,13 @@ class ParameterTable:
     def vector(self, values: Values | None = None) -> np.ndarray:
         """The vector p for the model's own values with some changed by name; SI numbers or texts with units.
 
-        Raises NamingError for an unknown name, ModelError or UnitError for an unlawful value.
+        Loads that ``Driveline.balance`` scales stand here unbalanced, as they were given: ``operating_point(model).p`` is the
+        vector in balance. Raises NamingError for an unknown name, ModelError or UnitError for an unlawful value.
         """
         p = np.zeros(self.size)
         for name, parameter in self.parameters.items():
             p[self.slices[name]] = parameter.values
-        changed = dict(values or {})
+        changed = {**self.given, **(values or {})}
         for name, value in changed.items():
             self._put(p, name, value)
         for name, function in self._expressions.items():
@@ -122,21 +142,36 @@ class ParameterTable:
         values = p[self.slices[source]]
         return values.copy() if self.parameters[source].series else float(values[0])
 
-    def _put(self, p: np.ndarray, name: str, value: Any) -> None:
+    def place(self, name: str) -> tuple[Parameter, slice]:
+        """The parameter that a name means, such as ``zeta`` or the row ``mesh.stiffness_cosine[1]``, and its entries of p.
+
+        Raises NamingError with the nearest name.
+        """
         row = _ROW.fullmatch(name)
         base = row[1] if row else name
         if base not in self.parameters:
-            hint = nearest(base, self.parameters)
             if base in self.derived:
                 sources = [source for source in self.derived[base].arguments.values() if isinstance(source, str)]
                 raise NamingError(f"parameter {base!r}", "is derived from others", f"set {' or '.join(sources)}")
-            raise NamingError(f"parameter {name!r}", "is not known", hint)
+            raise NamingError(f"parameter {name!r}", "is not known", nearest(base, self.parameters))
         parameter, where = self.parameters[base], self.slices[base]
         if row:
             index = int(row[2]) - 1
             if not parameter.series or not 0 <= index < len(parameter.symbols):
                 raise NamingError(f"parameter {name!r}", f"has no such row; it has {len(parameter.symbols)}", "rows count from 1")
             where = slice(where.start + index, where.start + index + 1)
+        return parameter, where
+
+    def unit_of_number(self, name: str, asked: str) -> str:
+        """The unit of a single number, a parameter or a row of a series. Raises NamingError, CaseError for a whole series."""
+        parameter, where = self.place(name)
+        if parameter.series and not _ROW.fullmatch(name):
+            what = f"is a series of {where.stop - where.start} numbers"
+            raise CaseError(f"{asked} {name!r}", what, f"sweep a row of it, such as {name}[1]")
+        return parameter.unit
+
+    def _put(self, p: np.ndarray, name: str, value: Any) -> None:
+        parameter, where = self.place(name)
         p[where] = self._read(parameter, name, value, where.stop - where.start)
 
     def _read(self, parameter: Parameter, name: str, value: Any, count: int) -> np.ndarray:
@@ -165,7 +200,6 @@ class ParameterTable:
         return numbers
 
     def value(self, p: np.ndarray, name: str) -> float:
-        """The value of one parameter, or of the first row of a series, in a vector p. Raises NamingError."""
-        if name not in self.slices:
-            raise NamingError(f"parameter {name!r}", "is not known", nearest(name, self.slices))
-        return float(p[self.slices[name]][0])
+        """The value of one parameter, or of a row or the first row of a series, in a vector p. Raises NamingError."""
+        where = self.slices.get(name) or self.place(name)[1]
+        return float(p[where][0])

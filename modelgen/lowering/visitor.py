@@ -154,8 +154,13 @@ def _double(number: sympy.Basic | numbers.Real) -> float | None:
         value = number.p / number.q if isinstance(number, sympy.Rational) else float(number)
     except OverflowError:
         return None
-    beyond = (value == 0 and number != 0) or (math.isinf(value) and isinstance(number, sympy.Float))
+    beyond = (value == 0 and not _is_zero(number)) or (math.isinf(value) and isinstance(number, sympy.Float))
     return None if beyond else value
+
+
+def _is_zero(number: sympy.Basic | numbers.Real) -> bool:
+    """Whether a number is 0; SymPy's 0.0 is not equal to its 0."""
+    return bool(number.is_zero) if isinstance(number, sympy.Basic) else number == 0
 
 
 def _kind(thing: object) -> str:

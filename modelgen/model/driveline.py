@@ -17,7 +17,7 @@ from modelgen.model.declarations import Flange
 from modelgen.model.element import Element, Shared
 from modelgen.model.named import BaseFrequency, NamedParameter, base_frequency, named_parameter
 from modelgen.model.names import identifier, model_name
-from modelgen.model.values import plain_number
+from modelgen.model.values import ROW, plain_number
 from modelgen.units import finite, read_quantity
 
 RESERVED = ("speed", "total", "time", "modal", "modal_damping")
@@ -199,15 +199,17 @@ class Driveline:
     def balance(self, *loads: str, may_drive: bool = False) -> Driveline:
         """With the named loads scaled so that the mean power closes at whatever speed, ratio and parameters are set.
 
-        A scale below zero turns a load into a drive: that is refused when it is found, unless ``may_drive``.
+        A scale below zero would turn a load, which takes power, into a drive: refused when it is found, unless ``may_drive``.
         """
         return replace(self, balanced=loads, balance_may_drive=may_drive)
 
     def set(self, **values: Any) -> Driveline:
-        """With other values of the driveline's own parameters, or of its operating ``speed``."""
+        """With other values of the driveline's own parameters, of a row of one (``"firing_sine[3]"``), or of its ``speed``."""
         speed = values.pop("speed", self.speed)
         parameters: dict[str, Any] = dict(self.parameters)
         for key, value in values.items():
+            if row := ROW.fullmatch(key):
+                key, value = row[1], self._with_row(row[1], int(row[2]), value, parameters)
             if key not in parameters:
                 raise NamingError(f"driveline {self.name!r}", f"has no parameter {key!r}", nearest(key, [*parameters, "speed"]))
             new, old = named_parameter(key, value), parameters[key]
@@ -215,6 +217,17 @@ class Driveline:
                 new = replace(new, unit=old.unit)
             parameters[key] = replace(new, note=new.note or old.note)
         return replace(self, parameters=parameters, speed=speed)
+
+    def _with_row(self, key: str, row: int, value: Any, parameters: Mapping[str, Any]) -> Any:
+        """A series of the driveline's own with one row changed. Raises NamingError for a row that is not there."""
+        where, old = f"driveline {self.name!r}", parameters.get(key)
+        if old is None:
+            raise NamingError(where, f"has no parameter {key!r}", nearest(key, [*parameters, "speed"]))
+        if not isinstance(old.value, tuple) or not 1 <= row <= len(old.value):
+            held = len(old.value) if isinstance(old.value, tuple) else 0
+            raise NamingError(where, f"has no row {key}[{row}]; {key!r} has {held} rows", "rows count from 1")
+        number = read_quantity(value, old.unit, f"{where}, {key}[{row}]") if isinstance(value, str) else value
+        return replace(old, value=(*old.value[: row - 1], number, *old.value[row:]))
 
     def change(self, kind_or_name: str, **values: Any) -> Driveline:
         """With other values or switches of one element, or of every element of a kind."""

@@ -20,7 +20,7 @@ from modelgen.model.declarations import Choice, Clock, Declaration, Flange, Flan
 from modelgen.model.modes import Guard, Modes
 from modelgen.model.names import identifier
 from modelgen.model.questions import refuse_idle, refuse_misspelt
-from modelgen.model.values import Shared, read_value
+from modelgen.model.values import Shared, read_value, with_whole_series
 
 Kind = TypeVar("Kind")
 _OWN_NAMES = ("name", "note", "kind", "where", "targets", "choices", "harmonics", "clocks", "values", "lengths")
@@ -232,7 +232,11 @@ class Element:
         return result
 
     def copy(self, name: str | None = None, **changes: Any) -> Element:
-        """The same element with other values, or under another name; a changed switch drops the values it does not use."""
+        """The same element with other values, or under another name; a changed switch drops the values it does not use.
+
+        A row of a series is named as in ``**{"stiffness_cosine[1]": "3e7 N/m"}``; rows count from 1.
+        """
+        changes = with_whole_series(changes, self.values, self.where)
         choices = {**self.choices, **{key: value for key, value in changes.items() if key in self.choices}}
         declared = self.declared(Switched)
         kept = {key: value for key, value in self.given().items() if key not in declared or declared[key].exists(choices)}

@@ -12,6 +12,7 @@ import re
 import stat
 import tomllib
 from collections.abc import Mapping
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +48,8 @@ _OPERATION = ("speed", "reference", "balance", "drifts", "balance_may_drive", "s
 
 def read_model(path: str | Path) -> Driveline:
     """The driveline in a model file. Raises ModelFileError with file, line and remedy for anything that is not lawful."""
+    if not isinstance(path, (str, PathLike)):
+        raise ModelFileError("read_model", f"is given {type(path).__name__}", "give the path of a model file")
     path = Path(path)
     try:
         # A pipe or a device could be endless, or wait for ever.

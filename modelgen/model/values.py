@@ -8,14 +8,17 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from modelgen.errors import ModelError, UnitError
+from modelgen.errors import ModelError, NamingError, UnitError
 from modelgen.model.declarations import Param
 from modelgen.model.names import identifier
 from modelgen.units import finite, read_quantity
+
+ROW = re.compile(r"(\w+)\[(\d{1,6})\]", re.ASCII)
+"""A row of a series, by its name: ``cosine[1]`` is the first."""
 
 
 @dataclass(frozen=True)
@@ -71,3 +74,19 @@ def plain_number(value: Any, where: str, unit: str = "1") -> float:
         except (TypeError, ValueError):
             pass
     raise UnitError(where, f"{value!r:.60} is not a number", "give a number" + (f" in {unit}" if unit != "1" else ""))
+
+
+def with_whole_series(changes: Mapping[str, Any], held: Mapping[str, Any], where: str) -> dict[str, Any]:
+    """Changes with rows of series put into the series that is held. Raises NamingError for a row that is not there."""
+    whole = {key: value for key, value in changes.items() if not ROW.fullmatch(key)}
+    for key, value in changes.items():
+        if row := ROW.fullmatch(key):
+            series = whole.get(row[1], held.get(row[1]))
+            if isinstance(series, Shared):
+                remedy = f"change {series.name}[{row[2]}] of the driveline"
+                raise NamingError(where, f"{row[1]} is the driveline's parameter {series.name!r}", remedy)
+            series = series if isinstance(series, (tuple, list)) else ()
+            if not 1 <= int(row[2]) <= len(series):
+                raise NamingError(where, f"has no row {key!r}; {row[1]!r} has {len(series)} rows", "rows count from 1")
+            whole[row[1]] = (*series[: int(row[2]) - 1], value, *series[int(row[2]) :])
+    return whole

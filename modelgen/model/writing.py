@@ -10,6 +10,7 @@ import os
 from pathlib import Path
 from typing import Any
 
+from modelgen.errors import refuse_unless
 from modelgen.model.chosen_limits import ChosenLimit
 from modelgen.model.declarations import Param
 from modelgen.model.driveline import Driveline
@@ -22,6 +23,7 @@ FORMAT = 1
 
 def write_model(line: Driveline, path: str | Path) -> Path:
     """Writes the driveline as a model file, whole or not at all; reading it again gives an equal driveline."""
+    refuse_unless(line, Driveline, "write_model")
     path = Path(path)
     text = model_text(line)
     temporary = path.with_name(f".{path.name}.{os.getpid()}")

@@ -36,21 +36,25 @@ def balance(model: Compiled, p: Array, fixed: set[str], coordinates: Coordinates
     own, zeros = own_start(model), np.zeros(len(model.equations.groups))
     arms = coordinates.by_speed.T if count > 1 else coordinates.speed[None, :]
 
-    def work(factors: Array) -> Array:
+    def torque(factors: Array) -> Array:
         p[entries] = factors * given
-        return np.asarray(arms @ mean_torque(model, p, mean_values(model, p), zeros, own))
+        return mean_torque(model, p, mean_values(model, p), zeros, own)
 
-    without = work(np.zeros(len(names)))
+    alone = torque(np.zeros(len(names)))
     choices = np.eye(len(names)) if count > 1 else np.ones((1, len(names)))
-    loads = np.array([work(row) - without for row in choices]).T
+    loaded = [torque(row) for row in choices]
+    without = arms @ alone
+    loads = np.array([arms @ each - without for each in loaded]).T
     factors = _one_factor(where, coordinates, without[0], loads[0, 0]) if count == 1 else _factors(where, names, without, loads)
-    if np.any(factors < 0) and not model.equations.balance_may_drive:
-        first = int(np.argmin(factors))
+    powers = np.array([coordinates.speed @ (each - alone) for each in loaded])
+    drives = (factors < 0) & (powers < 0)  # what absorbed power would supply it
+    if np.any(drives) and not model.equations.balance_may_drive:
+        first = int(np.argmax(drives))
         listed = ", ".join(repr(name.rpartition(".")[0]) for name in (names if count == 1 else [names[first]]))
         raise BalanceError(
             where,
             f"balance would scale {listed} by {factors[first]:.4g}, which turns the load into a drive",
-            "correct the sign of a torque, or allow it: balance(..., may_drive=True), in a model file balance_may_drive = true",
+            "correct a torque or its sign, or allow it: balance(..., may_drive=True), in a model file balance_may_drive = true",
         )
     p[entries] = given * factors
 

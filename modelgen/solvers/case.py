@@ -19,8 +19,16 @@ from modelgen.equations import assemble
 from modelgen.errors import CaseError
 from modelgen.lowering import Compiled, Section, lower
 from modelgen.model import Driveline
-from modelgen.solvers.start import read_start
-from modelgen.units import finite
+from modelgen.solvers.case_values import (
+    MOST_SAMPLES,
+    read_number,
+    read_positive,
+    read_rows,
+    read_start,
+    read_table,
+    read_whole,
+)
+from modelgen.solvers.registry import refuse_unused, solver_named, solver_options
 
 STARTS = ("static", "zero")
 
@@ -29,13 +37,14 @@ STARTS = ("static", "zero")
 class Case:
     """One run of one model.
 
-    ``model``: a compiled model, or a driveline, which is then compiled. ``end`` [s]: end of the run; ``begin`` [s]: its start.
-    ``parameters``: values by name that differ from the model's own. ``start``: "static" (equilibrium under the mean torques),
-    "zero" (uniform rotation, nothing twisted), values of states by name on top of the static ones, values of channels such as
-    ``{"motor.speed": "0 rpm", "coupling.torque": "5 N*m"}`` (absolute; what is not named is at rest relative to the uniform
-    rotation, and not twisted), or an earlier solution, whose final state it then is. ``samples`` outputs are
-    equally spaced from ``record_from`` to ``end``; ``channels`` limits which are kept. ``tolerance`` is relative to the scale of
-    each state. ``options`` are those of the solver. ``sections``: channels whose passing of a value is to be located and logged.
+    ``model``: a compiled model, or a driveline, which is then compiled. ``end`` [s]: end of the run; ``begin`` [s]: its start
+    (numbers, or texts such as "20 ms"). ``parameters``: values by name that differ from the model's own; ``case.model`` holds
+    them. ``start``: "static" (equilibrium under the mean torques), "zero" (uniform rotation, nothing twisted), values of states
+    by name on top of the static ones, values of channels such as ``{"motor.speed": "0 rpm", "coupling.torque": "5 N*m"}``
+    (absolute; what is not named is at rest relative to the uniform rotation, and not twisted), or an earlier solution, whose
+    final state it then is. ``samples`` outputs are equally spaced from ``record_from`` to ``end``; ``channels`` limits which
+    are kept. ``tolerance`` is relative to the scale of each state. ``options`` are those of the solver. ``sections``: channels
+    whose passing of a value is to be located and logged.
     Raises CaseError for what cannot be.
 
     >>> from modelgen import Driveline, Inertia, Shaft
@@ -59,39 +68,59 @@ class Case:
     options: Mapping[str, Any] = field(default_factory=dict)
     seed: int = 0
     sections: tuple[Section, ...] = ()
+    _given_model: Compiled | None = field(default=None, init=False, repr=False)
 
     def __post_init__(self) -> None:
         put = object.__setattr__
+        for name in ("parameters", "options", "inputs"):
+            put(self, name, read_table(name, getattr(self, name)))
+        if self.inputs:
+            raise CaseError("case, inputs", f"names {next(iter(self.inputs))!r}", "this model has no inputs")
+        self._read_model()
+        self._read_times()
+        put(self, "samples", read_whole("samples", self.samples, 2, MOST_SAMPLES))
+        put(self, "seed", read_whole("seed", self.seed))
+        put(self, "tolerance", read_positive("tolerance", self.tolerance))
+        put(self, "start", self._start(self.start))
+        solver_named(self.solver)
+        refuse_unused(self.solver, solver_options(self.tolerance, self.options))
+        self._read_channels()
+
+    def _read_model(self) -> None:
+        """A driveline is compiled; the model takes the case's values for its own, and whoever asks it is answered for them."""
         model: Any = self.model
         if isinstance(model, Driveline):
-            put(self, "model", lower(assemble(model)))
+            model = lower(assemble(model))
         elif not isinstance(model, Compiled) and model is not None:
             raise CaseError("case, model", f"is {type(model).__name__}", "give a Driveline or a compiled model")
+        object.__setattr__(self, "_given_model", model)
+        object.__setattr__(self, "model", None if model is None else model.with_values(self.parameters))
+
+    def _read_times(self) -> None:
+        put = object.__setattr__
         for name in ("begin", "end"):
-            put(self, name, finite(float(getattr(self, name)), f"case, {name}"))
-        first = self.begin if self.record_from is None else finite(float(self.record_from), "case, record_from")
+            put(self, name, read_number(name, getattr(self, name), "s"))
+        first = self.begin if self.record_from is None else read_number("record_from", self.record_from, "s")
         put(self, "record_from", first)
         if not self.begin <= first < self.end:
             times = f"begin {self.begin:g}, record_from {first:g}, end {self.end:g}"
             raise CaseError("case, times", f"are {times} s", "they must follow each other")
-        if isinstance(self.samples, bool) or not isinstance(self.samples, int) or not 2 <= self.samples <= 50_000_000:
-            raise CaseError("case, samples", f"is {self.samples!r}", "give a whole number from 2 up")
-        put(self, "start", self._start(self.start))
-        if self.inputs:
-            raise CaseError("case, inputs", f"names {next(iter(self.inputs))!r}", "this model has no inputs")
+
+    def _read_channels(self) -> None:
+        put = object.__setattr__
         if self.channels is not None:
-            put(self, "channels", tuple(self.channels))
-            if self.model is not None:
-                for name in self.channels:
+            put(self, "channels", read_rows("channels", self.channels, '("shaft.torque",)'))
+            for name in self.channels:
+                if not isinstance(name, str):
+                    raise CaseError("case, channels", f"hold {name!r:.60}", "give names of channels")
+                if self.model is not None:
                     self.model.output_index(name)
-        put(self, "sections", tuple(self.sections))
+        put(self, "sections", read_rows("sections", self.sections, '(Section("element.channel", value),)'))
         for section in self.sections:
             if not isinstance(section, Section):
                 raise CaseError("case, sections", f"hold a {type(section).__name__}", 'give Section("element.channel", value)')
             if self.model is not None:
                 self.model.output_index(section.channel)
-        for name in ("parameters", "options", "inputs"):
-            put(self, name, MappingProxyType(dict(getattr(self, name))))
 
     def _start(self, start: Any) -> str | Mapping[str, float]:
         """The start as a word, or as values of states and channels by name; an earlier solution gives its final state."""
@@ -102,7 +131,7 @@ class Case:
                 raise CaseError("case, start", "is a solution without a single sample", "take one that ran")
             start = start.final
         if not isinstance(start, Mapping):
-            remedy = 'give "static", "zero", values of states and channels by name, or an earlier solution'
+            remedy = 'give "static", "zero", or values of states by name, of channels, or an earlier solution'
             raise CaseError("case, start", f"is {start!r:.60}", remedy)
         return MappingProxyType(read_start(self.model, start) if self.model is not None else dict(start))
 
@@ -111,8 +140,8 @@ class Case:
         return np.linspace(float(self.record_from or 0.0), self.end, self.samples)
 
     def change(self, **changes: Any) -> Case:
-        """The same case with something else."""
-        return replace(self, **changes)
+        """The same case with something else; ``parameters`` that are given take the place of the case's own."""
+        return replace(self, **{"model": self._given_model, **changes})
 
     def data(self) -> dict[str, Any]:
         """The case as plain data, for hashing, saving and citing."""

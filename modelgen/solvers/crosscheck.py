@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from modelgen.errors import CaseError
+from modelgen.errors import CaseError, refuse_unless
 from modelgen.solvers.case import Case
 from modelgen.solvers.outcome import Outcome
 from modelgen.solvers.problem import Statistics
@@ -125,6 +125,7 @@ def crosscheck(
     >>> result.solvers, result.worst_relative_difference < 1e-6
     (('rk4', 'cvodes'), True)
     """
+    refuse_unless(case, Case, "crosscheck")
     if not solvers or case.model is None:
         raise CaseError("cross-check", "has nothing to compare", "give a case with its model and at least one solver")
     of_each = tolerances if isinstance(tolerances, Mapping) else dict.fromkeys(solvers, tolerances)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from modelgen.errors import CaseError
 from modelgen.lowering import Compiled
 from modelgen.lowering.parameters import MODAL
+from modelgen.solvers.asked_model import asked_model
 from modelgen.solvers.balance import balance
 from modelgen.solvers.equilibrium import Coordinates, linear_model, mean_torque, mean_values, own_start
 from modelgen.solvers.static_state import StaticState, remaining_torques, static_state
@@ -90,9 +91,10 @@ def operating_point(model: Compiled, values: Mapping[str, Any] | None = None, mu
     >>> point.frequencies()[1:4].round(3).tolist()
     [45.236, 75.253, 124.143]
     """
+    model = asked_model(model, "operating_point")
     p = model.parameters.vector(values)
     coordinates = Coordinates.of(model, p)
-    balance(model, p, set(values or ()), coordinates)
+    balance(model, p, {*model.parameters.given, *(values or ())}, coordinates)
     mean = mean_values(model, p)
     if len(coordinates.ratio):
         _check_finite(model, *linear_model(model, p, mean, np.zeros(len(coordinates.ratio)), own_start(model)))

@@ -9,6 +9,7 @@ import functools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from types import MappingProxyType
+from typing import Any
 
 from modelgen.errors import CaseError, nearest
 from modelgen.solvers.collocation import solve_collocation
@@ -19,6 +20,7 @@ from modelgen.solvers.idas import solve_idas
 from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Trajectory
 from modelgen.solvers.rosenbrock import solve_rosenbrock
 
+_OPTIONS = tuple(name for name in SolverOptions.__dataclass_fields__ if name != "tolerance")
 EVERY = frozenset({"tolerance", "first_step", "largest_step", "budget", "events", "progress", "cancel"})
 
 
@@ -95,8 +97,16 @@ def solver_named(name: str) -> Solver:
     return SOLVERS[name]
 
 
-def solve(problem: InitialValueProblem, name: str, options: SolverOptions) -> Trajectory:
-    """Run the solver of a name; raises CaseError for an unknown name and for an option that the solver has no use for."""
+def solver_options(tolerance: float, options: Mapping[str, Any]) -> SolverOptions:
+    """Options of a solver from plain names; an unknown one is refused with the nearest."""
+    for name in options:
+        if name not in _OPTIONS:
+            raise CaseError("case, options", f"has {name!r}", nearest(name, _OPTIONS))
+    return SolverOptions(tolerance=tolerance, **options)
+
+
+def refuse_unused(name: str, options: SolverOptions) -> None:
+    """Raises CaseError for an option that the solver of a name has no use for, with the solvers that have."""
     solver = solver_named(name)
     standard = SolverOptions(tolerance=options.tolerance)
     for option in fields(options):
@@ -105,6 +115,12 @@ def solve(problem: InitialValueProblem, name: str, options: SolverOptions) -> Tr
             fitting = [other for other, candidate in SOLVERS.items() if option.name in candidate.extra_options]
             problem_words = f"has no use for {option.name} = {getattr(options, option.name)!r}"
             raise CaseError(f"solver '{name}'", problem_words, f"leave it out, or take {' or '.join(fitting)}")
+
+
+def solve(problem: InitialValueProblem, name: str, options: SolverOptions) -> Trajectory:
+    """Run the solver of a name; raises CaseError for an unknown name and for an option that the solver has no use for."""
+    refuse_unused(name, options)
+    solver = solver_named(name)
     if problem.switching is not None and not solver.locates_events:
         fitting = [other for other, candidate in SOLVERS.items() if candidate.locates_events]
         raise CaseError(f"solver '{name}'", "cannot locate events", f'take {" or ".join(fitting)}, or events "off"')

@@ -7,26 +7,22 @@ turned a million radians vibrates exactly like one that has not.
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
-from modelgen.errors import CaseError, nearest
+from modelgen.errors import CaseError, refuse_unless
 from modelgen.lowering.switched import SwitchedModel
 from modelgen.solvers.case import Case
 from modelgen.solvers.equilibrium import Array
 from modelgen.solvers.guards import guard_floors
 from modelgen.solvers.operating_point import OperatingPoint, operating_point
-from modelgen.solvers.problem import InitialValueProblem, SolverOptions
+from modelgen.solvers.problem import InitialValueProblem
 from modelgen.solvers.recording import check_memory, recorded
-from modelgen.solvers.registry import SOLVERS, solve
+from modelgen.solvers.registry import SOLVERS, solve, solver_options
 from modelgen.solvers.scales import state_scales
 from modelgen.solvers.solution import Solution
 from modelgen.solvers.start import starting_state
-
-_OPTIONS = tuple(name for name in SolverOptions.__dataclass_fields__ if name != "tolerance")
 
 
 def simulate(case: Case) -> Solution:
@@ -41,6 +37,7 @@ def simulate(case: Case) -> Solution:
     >>> round(float(solution["shaft.torque"].max()), 6)
     100.0
     """
+    refuse_unless(case, Case, "simulate")
     if case.model is None:
         raise CaseError("case", "has no compiled model", "a loaded case cites its model only; give it the driveline again")
     model = case.model
@@ -140,9 +137,3 @@ def events_of(case: Case) -> SwitchedModel | None:
     return switched if wanted == "on" or (wanted == "auto" and (needed or switched.switching.jumps)) else None
 
 
-def solver_options(tolerance: float, options: Mapping[str, Any]) -> SolverOptions:
-    """Options of a solver from plain names; an unknown one is refused with the nearest."""
-    for name in options:
-        if name not in _OPTIONS:
-            raise CaseError("case, options", f"has {name!r}", nearest(name, _OPTIONS))
-    return SolverOptions(tolerance=tolerance, **options)

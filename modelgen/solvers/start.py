@@ -17,33 +17,14 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from modelgen.errors import CaseError, nearest
+from modelgen.errors import CaseError
 from modelgen.lowering import Compiled
+from modelgen.solvers.case_values import read_start
 from modelgen.solvers.operating_point import OperatingPoint
-from modelgen.units import read_quantity
 
 Array = NDArray[np.float64]
 MET = 1e-12  # of the size of a channel: how closely its value is met
 ITERATIONS = 50
-
-
-def read_start(model: Compiled, start: Mapping[str, Any]) -> dict[str, float]:
-    """Values [SI] of states and channels by name, from numbers and texts with units. Raises CaseError with the nearest name."""
-    found = {}
-    units = {**dict(zip(model.outputs, model.units, strict=True)), **{s.name: s.unit for s in model.equations.states}}
-    for name, value in start.items():
-        where = f"case of {model.name!r}, start"
-        if name not in units:
-            raise CaseError(where, f"names {name!r}, which is no state and no channel", nearest(str(name), units))
-        if isinstance(value, str):
-            value = read_quantity(value, units[name], f"{where}, {name}")
-        remedy = f"give a finite number in {units[name]}, or a text with a unit"
-        if isinstance(value, bool) or not isinstance(value, (int, float, np.floating, np.integer)):
-            raise CaseError(where, f"gives {value!r:.40} to {name!r}", remedy)
-        if not np.isfinite(value):
-            raise CaseError(f"{where}, {name}", "holds a number that is not finite", remedy)
-        found[name] = float(value)
-    return found
 
 
 def starting_state(model: Compiled, point: OperatingPoint, start: str | Mapping[str, Any], time: float = 0.0) -> Array:

@@ -34,6 +34,17 @@ def test_files_of_a_diagram(diagram: Path) -> None:
     assert json.loads((diagram / "bifurcation.json").read_text())["unsettled_columns"] == 0
 
 
+def test_a_diagram_and_a_map_over_a_row_of_a_series(invoke: Invoke, small: Path, tmp_path: Path) -> None:
+    row = ("drive_cosine[2]", "8 N*m", "12 N*m")
+    options = ("--count", "2", "--strobes", "16", "--channel", "coupling.twist")
+    result = invoke("bifurcation", small, "--out", tmp_path / "diagram", "--over", *row, *options)
+    assert result.exit_code == 0, result.output
+    assert [each["drive_cosine[2] [N*m]"] for each in rows(tmp_path / "diagram" / "columns.csv")] == ["8", "12"]
+    axes = ("--first", "speed", "1400 rpm", "1500 rpm", "--second", *row, "--columns", "2", "--rows", "2")
+    assert invoke("map", small, "--out", tmp_path / "map", *axes).exit_code == 0
+    assert [each["drive_cosine[2] [N*m]"] for each in rows(tmp_path / "map" / "map.csv")] == ["8", "8", "12", "12"]
+
+
 def test_a_section_with_its_verdict(invoke: Invoke, small: Path, tmp_path: Path) -> None:
     result = invoke("poincare", small, "--out", tmp_path / "out", "--strobes", "16", "--prove")
     assert result.exit_code == 0, result.output
@@ -85,6 +96,8 @@ def test_refusals(invoke: Invoke, small: Path, tmp_path: Path) -> None:
     for arguments, words in (
         (("bifurcation", small, "--out", out, "--over", "zeto", "0", "1"), "nearest is 'zeta'"),
         (("bifurcation", small, "--out", out, "--over", "zeta", "1", "0"), "give the lower value first"),
+        (("bifurcation", small, "--out", out, "--over", "drive_cosine", "1", "2"), "sweep a row of it, such as drive_cosine[1]"),
+        (("bifurcation", small, "--out", out, "--over", "drive_cosine[3]", "1", "2"), "has no such row; it has 2"),
         (("bifurcation", small, "--out", out, "--over", "speed", "1 m", "2 m"), "--over speed"),
         (("poincare", small, "--out", out, "--base", "motor_ordr"), "nearest is 'motor_order'"),
         (("poincare", small, "--out", out, "--surface", "coupling.twist"), "CHANNEL=VALUE"),

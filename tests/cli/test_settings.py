@@ -8,7 +8,7 @@ import pytest
 
 from modelgen.cli.settings import common_ratio, common_switch, settle
 from modelgen.drivelines import load
-from modelgen.errors import CaseError
+from modelgen.errors import CaseError, ModelgenError
 from modelgen.model import Driveline
 
 
@@ -80,3 +80,42 @@ def test_a_reading_without_gears(line: Driveline) -> None:
     disks = Driveline("disks", elements=(line["motor"],))
     with pytest.raises(CaseError, match="does not share one damping ratio among its shafts"):
         settle(disks, mesh_reading="scaled")
+
+
+RECTANGLE = {"mesh": "rectangular", "stiffness_high": "4e8 N/m", "stiffness_low": "3e8 N/m", "contact_ratio": "1.6"}
+
+
+def test_set_takes_what_change_takes(line: Driveline) -> None:
+    """Numbers, switches with the parameters that they need, rows of a series, orders, names of shared parameters."""
+    for changes in (
+        RECTANGLE,
+        {"mesh": "fourier", "mean_stiffness": "4e8 N/m", "half_backlash": "xi"},
+        {"viscous": "contact_only"},
+    ):
+        given = [f"mesh.{key}={value}" for key, value in changes.items()]
+        assert settle(line, given)["mesh"] == line.change("mesh", **changes)["mesh"]
+    wavy = line.change("mesh", mesh="fourier", mean_stiffness=4e8, stiffness_cosine=[1e7, 2e7])
+    row = settle(wavy, ["mesh.stiffness_cosine[1]=30 N/um"])
+    assert row["mesh"].values["stiffness_cosine"] == pytest.approx((3e7, 2e7))
+    assert row == wavy.change("mesh", **{"stiffness_cosine[1]": "30 N/um"})
+    assert settle(line, ["load.orders=1,3", "load.cosine=5 N*m, 7 N*m", "load.base=motor_order"])["load"].harmonics == {
+        "orders": (1, 3)
+    }
+    assert settle(line, ["drive_cosine[2]=0.02 kN*m"]).parameters["drive_cosine"].value == (30.0, 20.0)
+    assert settle(line, ["drive_cosine[2]=0.02 kN*m"]) == line.set(**{"drive_cosine[2]": "0.02 kN*m"})
+
+
+@pytest.mark.parametrize(
+    ("assignment", "words"),
+    [
+        ("drive_cosine[3]=1 N*m", r"has no row drive_cosine\[3\]; 'drive_cosine' has 2 rows; rows count from 1"),
+        ("drive_mean[1]=1 N*m", r"has no row drive_mean\[1\]; 'drive_mean' has 0 rows"),
+        ("drive_cosine=1 N*m", r"is a series of 2 numbers; change a row of it, such as drive_cosine\[1\]"),
+        ("drive.cosine[1]=1 N*m", r"cosine is the driveline's parameter 'drive_cosine'; change drive_cosine\[1\]"),
+        ("load.cosine[1]=1 N*m", r"has no row 'cosine\[1\]'; 'cosine' has 0 rows"),
+        ("mesh.mesh=rectangular", "stiffness_high is missing"),
+    ],
+)
+def test_rows_and_switches_that_are_not_there(line: Driveline, assignment: str, words: str) -> None:
+    with pytest.raises(ModelgenError, match=words):
+        settle(line, [assignment])

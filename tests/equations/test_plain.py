@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy
 
-from modelgen import Case, lower, simulate
+from modelgen import Case, Guard, lower, simulate
 from modelgen.equations import system
 from modelgen.errors import LoweringError, ModelError, ModelFileError, ModelgenError, NamingError, UnitError
 
@@ -211,3 +211,13 @@ def test_what_cannot_be_a_system_is_refused(change: dict[str, Any], error: type[
     system(**GOOD)
     with pytest.raises(error, match=words):
         system(**{**GOOD, **change})
+
+
+def test_a_rate_and_a_reset_of_zero_as_a_decimal_number() -> None:
+    still = lower(system({"n": 0.0, "m": 1.0}, {"n": 0.0, "m": sympy.Float(0.0)}))
+    assert still.rhs(0.0, [1.0, 2.0], []).tolist() == [0.0, 0.0]
+    stop = Guard("stop", "h", direction=-1, reset={"v": 0.0})
+    ball = lower(system({"h": 1.0, "v": 0.0}, {"h": "v", "v": -9.81}, guards=[stop]))
+    assert ball.switching.resets(0.0, [0.0, -2.0], []).full().ravel().tolist() == [0.0, 0.0]
+    with pytest.raises(LoweringError, match="lies beyond the range of double precision"):
+        lower(system({"n": 0.0}, {"n": sympy.Float("1e-500")}))

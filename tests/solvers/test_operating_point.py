@@ -146,7 +146,7 @@ def test_static_start_is_an_equilibrium_of_a_steady_driveline() -> None:
 
 def test_balance_does_not_turn_a_load_into_a_drive_unless_it_may() -> None:
     disks = [Inertia("m", inertia=1.0), Inertia("n", inertia=2.0), Shaft("s", "m", "n", stiffness=1.0)]
-    torques = [HarmonicTorque("drive", "m", mean=10.0), HarmonicTorque("load", "n", mean=4.0)]
+    torques = [HarmonicTorque("drive", "m", mean=-10.0), HarmonicTorque("load", "n", mean=-4.0)]
     line = Driveline("pair", speed=10.0, reference="m", elements=[*disks, *torques])
     words = r"balance would scale 'load' by -2.5, which turns the load into a drive; .*balance\(..., may_drive=True\)"
     with pytest.raises(BalanceError, match=words):
@@ -155,3 +155,6 @@ def test_balance_does_not_turn_a_load_into_a_drive_unless_it_may() -> None:
     assert operating_point(lower(assemble(allowed))).p[-1] == -2.5
     assert "balance_may_drive = true" in model_text(allowed)
     assert parse_model(model_text(allowed)) == allowed
+    # The other way round, a torque that is given as a drive may become the load.
+    brake = line.change("drive", mean=10.0).change("load", mean=1.0).balance("load")
+    assert operating_point(lower(assemble(brake))).p[-1] == -10.0

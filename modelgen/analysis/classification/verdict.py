@@ -112,7 +112,11 @@ def classify(
     >>> classify(np.column_stack([np.cos(turn * np.arange(400)), np.sin(turn * np.arange(400))])).name
     'quasi-periodic'
     """
-    points = np.asarray(sequence, dtype=float)
+    try:
+        points = np.asarray(sequence, dtype=float)
+    except (TypeError, ValueError):
+        problem = f"is given {type(sequence).__name__}"
+        raise CaseError("classification", problem, "give section points as an array, such as poincare(case).sequence") from None
     points = points[:, None] if points.ndim == 1 else points
     if points.ndim != 2 or len(points) < FEWEST or not points.shape[1]:
         raise CaseError("classification", f"is given points of shape {points.shape}", f"give at least {FEWEST} section points")

@@ -28,6 +28,7 @@ from modelgen.analysis.linear.speeds import Parameters, point_at, read_speeds
 from modelgen.analysis.linear.synthesis import common_cycle, extremes, synthesize
 from modelgen.errors import CaseError, nearest
 from modelgen.lowering import Compiled
+from modelgen.solvers.asked_model import asked_model
 from modelgen.solvers.equilibrium import own_start
 
 Array = NDArray[np.float64]
@@ -165,6 +166,7 @@ def forced(
     >>> result["shaft.torque"].real.round(6).tolist()  # (T / J) k / (k / J_a + k / J_b - w^2)
     [[16.523031]]
     """
+    model = asked_model(model, "forced")
     chosen = tuple(channels) if channels is not None else tuple(name for name in model.outputs if name.endswith(CHANNELS))
     stressed = _stress_rows(model, diameters or {})
     asked = tuple(dict.fromkeys([*chosen, *(torque for torque, _ in stressed.values())]))

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.analysis.linear.forced import ForcedResult
-from modelgen.errors import CaseError
+from modelgen.errors import CaseError, refuse_unless
 
 Array = NDArray[np.float64]
 
@@ -59,6 +59,7 @@ class HammerResult:
 
 def gear_hammer(result: ForcedResult) -> HammerResult:
     """Whether and where the gears hammer. Raises CaseError where the response holds no load of a gear."""
+    refuse_unless(result, ForcedResult, "gear_hammer")
     if not result.gears:
         raise CaseError(
             f"forced response of {result.model!r}", "holds no load of a gear", "ask a driveline with gears, with their forces"

@@ -23,6 +23,7 @@ from modelgen.analysis.linear.natural_modes import DampedModes, Modes, damped_mo
 from modelgen.analysis.linear.node_counts import node_counts
 from modelgen.errors import CaseError
 from modelgen.lowering import Compiled
+from modelgen.solvers.asked_model import asked_model
 from modelgen.solvers.equilibrium import own_start
 from modelgen.solvers.operating_point import OperatingPoint, mean_values, operating_point
 
@@ -140,6 +141,7 @@ def modal(
     >>> dict(zip(result.elements, result.kinetic[:, 1].round(4).tolist()))
     {'engine': 0.0378, 'load': 0.9622, 'shaft': 0.0}
     """
+    model = asked_model(model, "modal")
     size = len(model.equations.groups)
     if not size:
         raise CaseError(f"driveline {model.name!r}", "has no inertias that could vibrate", "ask a driveline of elements")

@@ -22,6 +22,7 @@ from modelgen.analysis.linear.excitation import excitation
 from modelgen.analysis.linear.modal import modal
 from modelgen.errors import CaseError, nearest
 from modelgen.lowering import Compiled
+from modelgen.solvers.asked_model import asked_model
 from modelgen.solvers.operating_point import operating_point
 
 Array = NDArray[np.float64]
@@ -79,6 +80,7 @@ def phase_vectors(
     >>> phase_vectors(lower(assemble(line))).addition[0].round(3).tolist()
     [0.0, 1.0]
     """
+    model = asked_model(model, "phase_vectors")
     point = operating_point(model, parameters)
     modes = modal(model, point=point)
     shaking = excitation(model, point, highest_order=highest_order)

@@ -167,7 +167,7 @@ def bifurcation(
     return BifurcationResult(
         model=model.name,
         parameter=parameter,
-        unit=model.parameters.parameters[parameter].unit,
+        unit=model.parameters.place(parameter)[0].unit,
         values=np.array(listed),
         channels=names,
         units=tuple(model.unit(name) for name in names),

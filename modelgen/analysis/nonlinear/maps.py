@@ -158,10 +158,10 @@ def operating_map(
     return MapResult(
         model=model.name,
         first=name_1,
-        first_unit=model.parameters.parameters[name_1].unit,
+        first_unit=model.parameters.place(name_1)[0].unit,
         first_values=np.array(values_1),
         second=name_2,
-        second_unit=model.parameters.parameters[name_2].unit,
+        second_unit=model.parameters.place(name_2)[0].unit,
         second_values=np.array(values_2),
         inertias=tuple(name.removesuffix(".angle_deviation") for name in measure.angles),
         peak_angle=measure.peak,

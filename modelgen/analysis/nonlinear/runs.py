@@ -21,8 +21,8 @@ from modelgen.solvers.gather import Gather
 from modelgen.solvers.lanes import solve_lanes
 from modelgen.solvers.operating_point import OperatingPoint, operating_point
 from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Trajectory
-from modelgen.solvers.registry import solve, solver_named
-from modelgen.solvers.simulate import initial_value_problem, solver_options
+from modelgen.solvers.registry import solve, solver_named, solver_options
+from modelgen.solvers.simulate import initial_value_problem
 
 Array = NDArray[np.float64]
 Values = dict[str, Any]
@@ -64,9 +64,7 @@ def parameter_values(model: Compiled, name: str, values: Sequence[Any], question
     listed = list(values) if not isinstance(values, str) else [values]
     if not listed:
         raise CaseError(where, "there are no values", "give at least one")
-    parameter = model.parameters.parameters.get(name)
-    if parameter is not None and parameter.series:
-        raise CaseError(where, f"is a series of {len(parameter.symbols)} numbers", "sweep one number")
+    model.parameters.unit_of_number(name, f"{question},")
     return [model.parameters.value(model.parameters.vector({name: each}), name) for each in listed]
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.analysis.nonlinear.motion import vibrating_states
-from modelgen.errors import CaseError
+from modelgen.errors import CaseError, refuse_unless
 from modelgen.lowering import Compiled
 from modelgen.lowering.switching import Switching
 from modelgen.solvers.case import Case
@@ -66,6 +66,7 @@ def vibration_of(case: Case) -> Vibration:
 
     Events are on unless the case says otherwise: where a law only bends, as at the edge of a backlash, the tangents' rates jump.
     """
+    refuse_unless(case, Case, "motion of a case")
     if case.model is None:
         raise CaseError("case", "has no compiled model", "a loaded case cites its model only; give it the driveline again")
     if case.model.switching is not None and SOLVERS[case.solver].locates_events:

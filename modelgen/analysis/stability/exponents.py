@@ -22,8 +22,7 @@ from modelgen.analysis.stability.interval import half_width
 from modelgen.errors import CaseError
 from modelgen.solvers.case import Case
 from modelgen.solvers.problem import SolverOptions
-from modelgen.solvers.registry import solver_named
-from modelgen.solvers.simulate import solver_options
+from modelgen.solvers.registry import solver_named, solver_options
 
 Array = NDArray[np.float64]
 FEWEST = 16

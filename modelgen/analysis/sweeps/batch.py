@@ -30,8 +30,8 @@ from modelgen.solvers.native_memory import watched_guards
 from modelgen.solvers.operating_point import operating_point
 from modelgen.solvers.outcome import Outcome
 from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Trajectory
-from modelgen.solvers.registry import solve, solver_named
-from modelgen.solvers.simulate import events_of, initial_value_problem, solver_options
+from modelgen.solvers.registry import solve, solver_named, solver_options
+from modelgen.solvers.simulate import events_of, initial_value_problem
 
 Array = NDArray[np.float64]
 COMPILERS = 3  # that may be killed in a row

@@ -109,19 +109,7 @@ def points_of(
 
 def _unit(model: Compiled, name: str) -> str:
     """The unit of a parameter, or of a row of a series. Raises NamingError for one that is not there."""
-    parameters = model.parameters
-    if name in parameters.parameters and parameters.parameters[name].series:
-        rows = len(parameters.parameters[name].symbols)
-        raise CaseError(f"sweep over {name!r}", f"is a series of {rows} numbers", f"sweep a row of it, such as {name}[1]")
-    own = parameters.vector()
-    row = ROW.fullmatch(name)
-    found = parameters.parameters.get(row[1] if row else name)
-    if found is None:
-        parameters.vector({name: 1.0})  # its refusal names the nearest
-        raise AssertionError("an unknown name is refused")
-    if row:
-        parameters.vector({name: own[parameters.slices[row[1]]][0]})
-    return found.unit
+    return model.parameters.unit_of_number(name, "sweep over")
 
 
 def _numbers(model: Compiled, name: str, unit: str, given: Any) -> Array:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from modelgen.analysis.linear.speed_ratios import referred_ratios
 from modelgen.analysis.time_domain.window import Window
-from modelgen.errors import CaseError
+from modelgen.errors import CaseError, refuse_unless
 from modelgen.solvers.crosscheck import without_line
 from modelgen.solvers.operating_point import OperatingPoint
 from modelgen.solvers.solution import Solution
@@ -73,6 +73,9 @@ def angle_channels(names: tuple[str, ...]) -> tuple[str, ...]:
 
 def angles(solution: Solution, window: Window, point: OperatingPoint) -> AnglesResult:
     """Angles and mesh forces of a solution over a window. Raises CaseError where the solution does not cover it."""
+    refuse_unless(solution, Solution, "angles")
+    refuse_unless(window, Window, "angles, window")
+    refuse_unless(point, OperatingPoint, "angles, point")
     slack = 1e-9 * max(1.0, abs(window.last))
     part = solution.between(window.first - slack, window.last + slack)
     gap = window.period / 10

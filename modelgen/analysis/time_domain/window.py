@@ -12,8 +12,9 @@ from math import ceil, log
 import numpy as np
 
 from modelgen.analysis.linear.modal import damped_pairs
-from modelgen.errors import CaseError
+from modelgen.errors import CaseError, refuse_unless
 from modelgen.lowering import Compiled
+from modelgen.solvers.asked_model import asked_model
 from modelgen.solvers.operating_point import OperatingPoint
 
 DECAY = 1e-3
@@ -42,6 +43,8 @@ def settled_window(
 
     Raises CaseError for a driveline without base frequencies, whose window must be given.
     """
+    model = asked_model(model, "settled_window")
+    refuse_unless(point, OperatingPoint, "settled_window, point")
     frequencies = np.asarray(model.mean_model["frequencies"](point.p)).ravel()
     named = [(f, clock.name) for f, clock in zip(frequencies, model.equations.clocks, strict=True) if f > 0]
     if not named:

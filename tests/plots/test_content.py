@@ -135,7 +135,8 @@ def test_mesh_forces_show_the_envelope_over_the_window_and_the_largest_force_clo
     assert np.ptp(curve.get_xdata()) == pytest.approx(6 * period, rel=0.05)
     assert curve.get_ydata().max() == pytest.approx(told.largest / 1e3, rel=1e-12)
     assert deflection.get_xlim() == force.get_xlim()
-    assert f"Window {results.window.first:.4g} to {results.window.last:.4g} s" in notes(figure)
+    heading = " ".join(text.get_text() for text in figure.texts)
+    assert f"Window {results.window.first:.4g} to {results.window.last:.4g} s" in heading
 
 
 def test_a_physical_limit_is_drawn_among_physical_angles_only(results: Any) -> None:

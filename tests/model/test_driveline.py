@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import doctest
 import math
+import re
 from fractions import Fraction
 
 import numpy as np
@@ -246,3 +247,19 @@ def test_the_branched_topology_of_the_docstring_fits_in_twenty_lines():
     source = next(each.source for test in found for each in test.examples if each.source.startswith("line = Driveline("))
     assert '"branched"' in source
     assert len(source.strip().splitlines()) <= 20
+
+
+@pytest.mark.parametrize(
+    ("limits", "words"),
+    [
+        (3, "limits: are 3; give a list, such as"),
+        ([4], 'limits: hold 4; give {"rule": "syt_5211_angle"}'),
+        ([{"rule": "x", "element": []}], "limits: hold an unknown key 'element'; nearest is 'elements'"),
+        ([{"rule": "x", "elements": "a"}], "limit 'x': is for the elements 'a'; give a list of names"),
+        ([{"elements": ["a"]}], "names no rule"),
+        ([{"rule": "x", "inputs": {"y": True}}], "limit 'x', y: is True; give a number or a text with a unit"),
+    ],
+)
+def test_what_is_no_limit_is_refused(limits, words):
+    with pytest.raises(ModelError, match=re.escape(words)):
+        Driveline("line", limits=limits)

@@ -29,6 +29,10 @@ TOGETHER = 16
 """Starts of Newton's method side by side."""
 GOLDEN = 0.6180339887498949
 """Shares of the record at multiples of it are spread evenly, however many are taken."""
+DECAYS = 0.5 ** (1 / SLOW)
+"""Largest multiplier of an orbit to which a motion comes in a run of the usual length."""
+SAME = 1e-3
+"""Of the scales: states nearer to each other belong to one orbit."""
 CLOSED = 1e-5
 """Of the scales: what shooting is asked to prove."""
 BOLDEST = 0.5
@@ -63,24 +67,34 @@ class _Search:
         backend = str(dict(case.options).get("backend", "auto"))
         self.options = SolverOptions(max(case.tolerance, 1e-9), backend=backend)
         self.spent = 0
+        self.found: list[Array] = []
 
     def closed(self, states: Array, order: int) -> Iterator[Array]:
         """States (per scale) on which Newton's method closes, and from which deviations decay."""
         for _ in range(ROUNDS):
+            if not len(states):
+                return
             self.spent += order * len(states)
             states, ends, matrices = self.returned(states, order)
             missed = ends - states
             done = np.abs(missed).max(axis=1, initial=0.0) < CLOSED
             for k in np.flatnonzero(done):
-                if np.abs(np.linalg.eigvals(matrices[k])).max() < 1:
+                if np.abs(np.linalg.eigvals(matrices[k])).max() < DECAYS and self.is_new(states[k]):
                     yield states[k]
             states, missed, matrices = states[~done], missed[~done], matrices[~done]
-            if not len(states):
-                return
-            steps = np.array([np.linalg.lstsq(m - np.eye(len(m)), -r)[0] for m, r in zip(matrices, missed, strict=True)])
-            sizes = np.abs(steps).max(axis=1, keepdims=True)
+            steps = np.array(
+                [np.linalg.lstsq(m - np.eye(len(m)), -r, rcond=None)[0] for m, r in zip(matrices, missed, strict=True)]
+            )
+            steps = steps.reshape(states.shape)
+            sizes = np.abs(steps).max(axis=1, keepdims=True, initial=0.0)
             states = states + steps * np.minimum(1.0, BOLDEST * self.extent / np.maximum(sizes, 1e-300))
             states = states[np.all((states > self.low - self.extent) & (states < self.high + self.extent), axis=1)]
+
+    def is_new(self, state: Array) -> bool:
+        """Whether no state so near was found before; shooting need not be asked twice."""
+        known = any(np.abs(state - other).max() < SAME for other in self.found)
+        self.found.append(state)
+        return not known
 
     def returned(self, states: Array, order: int) -> tuple[Array, Array, Array]:
         """Starts with their ends and propagators over ``order`` periods; those left out that cannot be followed."""

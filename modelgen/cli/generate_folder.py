@@ -13,7 +13,7 @@ import json
 import os
 import sys
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -61,7 +61,8 @@ class Subject:
     @classmethod
     def of(cls, line: Driveline, source: str) -> Subject:
         """A driveline, assembled and compiled."""
-        return cls(lower(assemble(line)), hashlib.sha256(model_text(line).encode()).hexdigest(), source)
+        text = model_text(replace(line, limits=()))  # what it is held against changes no equation
+        return cls(lower(assemble(line)), hashlib.sha256(text.encode()).hexdigest(), source)
 
 
 def source_of(model: str, folder: Path) -> str:

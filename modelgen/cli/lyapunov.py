@@ -54,8 +54,9 @@ def lyapunov(
 ) -> None:
     """Lyapunov exponents of MODEL: whether neighboring motions part (chaos) or meet, and how fast.
 
-    A tenth of the revolutions goes to turning the frame of deviations into its place. The rigid rotation, whose exponents are
-    exactly 0, is listed apart. The folder gets exponents.csv, exponents.json and exponents.png.
+    The frame of deviations turns into its place during the transient; what it takes from the revolutions is said. A motion that
+    is not stationary says so, with what it ends in. The rigid rotation, whose exponents are exactly 0, is listed apart. The
+    folder gets exponents.csv, exponents.json and exponents.png.
     """
     from modelgen.cli.folder import output_folder
     from modelgen.cli.progress import Progress
@@ -102,6 +103,14 @@ def _write(result: ExponentsResult, folder: Path) -> None:
             "exponents_per_s": [value for value, _ in pairs],
             "half_95_percent_interval_per_s": [half for _, half in pairs],
             "sign_of_the_largest": result.sign,
+            "stationary": result.stationary,
+            "transient_s": result.transient,
+            "transient_exponents_per_s": result.transient_exponents.tolist(),
+            "transient_chaos": result.transient_chaos,
+            "ends_in": result.ends_in or None,
+            "beside": result.beside or None,
+            "left_out_s": result.left_out,
+            "remarks": list(result.remarks),
             "complete": result.complete,
             "along_the_motion": None if result.flow is None else result.flow + 1,
             "rigid_rotation_exactly_0": list(result.neutral),

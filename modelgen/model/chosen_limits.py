@@ -49,6 +49,15 @@ class ChosenLimit:
         return ChosenLimit(self.rule, tuple(names.get(each, each) for each in self.elements), self.inputs)
 
 
+def chosen_limits(values: Any) -> tuple[ChosenLimit, ...]:
+    """Limits from a list of rules' names and mappings, or from one of them. Raises ModelError for anything else."""
+    if isinstance(values, (str, Mapping, ChosenLimit)):
+        values = (values,)
+    if not isinstance(values, (list, tuple)):
+        raise ModelError("limits", f"are {values!r:.60}", 'give a list, such as [{"rule": "syt_5211_angle"}]')
+    return tuple(chosen_limit(each) for each in values)
+
+
 def chosen_limit(value: Any) -> ChosenLimit:
     """A limit from a rule's name, or a mapping with ``rule``, ``elements`` and ``inputs``. Raises ModelError."""
     if isinstance(value, ChosenLimit):

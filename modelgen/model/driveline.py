@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Any
 
 from modelgen.errors import ModelError, NamingError, nearest
-from modelgen.model.chosen_limits import ChosenLimit, chosen_limit
+from modelgen.model.chosen_limits import ChosenLimit, chosen_limits
 from modelgen.model.declarations import Flange
 from modelgen.model.element import Element, Shared
 from modelgen.model.named import BaseFrequency, NamedParameter, base_frequency, named_parameter
@@ -103,7 +103,7 @@ class Driveline:
                 able = [each.name for each in self.elements if each.balanced_by]
                 raise ModelError(self[name].where, "is no load that can be scaled", nearest(name, able))
         names = self.names
-        put(self, "limits", tuple(chosen_limit(each) for each in self.limits))
+        put(self, "limits", chosen_limits(self.limits))
         for limit in self.limits:
             for name in limit.elements:
                 if name not in names:

@@ -54,8 +54,8 @@ def plot_comparison(result: ComparisonResult, /, *, last: int | None = PERIODS) 
     grid[-1][0].set_xlabel(r"time $t$ of the simulation [s]")
     if orders:
         told = any(order.per_turn is not None for channel in result.channels for order in channel.orders)
-        what = f"order [per turn of the reference]\n({TIMES} multiple of its base)" if told else "multiple of the base [-]"
-        grid[-1][1].set_xlabel(what)
+        what = "order [per turn of the reference]" if told else "multiple [-]"
+        grid[-1][1].set_xlabel(f"{what}\n(base: {words(result.base)})")
     handles, labels = grid[0][0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=2)
     return figure
@@ -81,18 +81,18 @@ def _orders(axes: Axes, channel: ChannelComparison, unit: Display) -> None:
     measured, simulated = (unit(np.array([getattr(each, side) for each in channel.orders])) for side in ("measured", "simulated"))
     axes.bar(places - 0.2, measured, 0.36, color="white", hatch="//////", edgecolor=INK, linewidth=0.6, zorder=3)
     axes.bar(places + 0.2, simulated, 0.36, color=BLUE, edgecolor=INK, linewidth=0.6, zorder=3)
-    axes.set_xticks(places, [_tick(each) for each in channel.orders], fontsize=SMALL if len(places) <= 8 else 5.5)
+    axes.set_xticks(places, [_tick(each) for each in channel.orders], fontsize=SMALL if len(places) <= 12 else 5.5)
     axes.grid(axis="x", visible=False)
     axes.set_ylabel(f"amplitude [{unit.unit}]")
     note = ""
     clear = [each for each in channel.orders if each.phase_difference is not None]
     if clear:
         largest = max(clear, key=lambda each: each.measured)
-        note = f"phase of order {_tick(largest, ' ')}: {np.degrees(largest.phase_difference or 0.0):+.1f}°".replace("-", MINUS)
+        turn = f"{np.degrees(largest.phase_difference or 0.0):+.1f}°".replace("-", MINUS)
+        note = f"phase of order {_tick(largest)} ({TIMES}{largest.order}): {turn}"
     name_panel(axes, "by order", note or " ")
 
 
-def _tick(order: OrderDifference, between: str = "\n") -> str:
-    """An order per turn of the reference shaft, and in brackets its multiple of the base."""
-    multiple = f"{TIMES}{order.order}"
-    return multiple if order.per_turn is None else f"{order_text(order.per_turn)}{between}({multiple})"
+def _tick(order: OrderDifference) -> str:
+    """An order per turn of the reference shaft, where that is known, else its multiple of the base."""
+    return str(order.order) if order.per_turn is None else order_text(order.per_turn)

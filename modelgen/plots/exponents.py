@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from modelgen.analysis.stability.exponents import ExponentsResult
 from modelgen.plots.dispatch import plot
 from modelgen.plots.quantities import number
-from modelgen.plots.style import BLUE, GRAY, INK, SERIES, VERMILION, mark_value, name_panel, sheet, styled
+from modelgen.plots.style import BLUE, GRAY, INK, SERIES, SMALL, VERMILION, mark_value, name_panel, sheet, styled
 
 COLORS = {"positive": VERMILION, "negative": BLUE, "undecided": GRAY}
 
@@ -36,8 +36,9 @@ def plot_exponents(result: ExponentsResult, /, *, count: int = 2) -> Figure:
 
 
 def _detail(result: ExponentsResult) -> str:
-    said = [f"Means over {number(result.duration)} s, frames made orthonormal every {number(result.stretch, 3)} s."]
+    said = [f"Means over {number(result.duration)} s, in steps of {number(result.stretch, 3)} s."]
     said.append(f"The largest is {result.sign} at 95 %." if result.sign != "undecided" else "Its interval decides no sign.")
+    said += [f"{remark[:1].upper()}{remark[1:]}." for remark in result.remarks]
     if result.flow is not None:
         said.append(f"Number {result.flow + 1} is along the motion, 0 in theory.")
     if result.neutral:
@@ -60,8 +61,12 @@ def _settling(axes: Axes, result: ExponentsResult, shown: int) -> None:
     lowest, highest = ((result.exponents + side * result.half_width)[:shown] for side in (-1, 1))
     low, high = min(late.min(), lowest.min(), 0.0), max(late.max(), highest.max(), 0.0)
     room = 0.08 * (high - low) or 1.0
-    axes.set(xlim=(0, result.duration), ylim=(low - room, high + room))
-    axes.set(xlabel="time averaged over [s]", ylabel="exponent [1/s]")
+    axes.set(xlim=(0, float(result.times[-1])), ylim=(low - room, high + room))
+    if 0 < result.transient < result.times[-1]:
+        axes.axvline(result.transient, color=INK, linewidth=0.9, linestyle=(0, (5, 2)))
+        axes.annotate("transient until here", (result.transient, 1), xycoords=("data", "axes fraction"), xytext=(3, -3), va="top",
+                      textcoords="offset points", fontsize=SMALL, color=INK)  # fmt: skip
+    axes.set(xlabel="time averaged over from the beginning [s]", ylabel="exponent [1/s]")
     axes.legend(loc="center left", bbox_to_anchor=(1.005, 0.5), title="95 % interval")
     name_panel(axes, "estimates so far" if len(result.exponents) == shown else f"the largest {shown}, estimates so far")
 
@@ -69,7 +74,8 @@ def _settling(axes: Axes, result: ExponentsResult, shown: int) -> None:
 def _spectrum(axes: Axes, result: ExponentsResult) -> None:
     numbers = np.arange(1, len(result.exponents) + 1)
     colors = COLORS[result.sign], BLUE
-    axes.vlines(numbers, 0.0, result.exponents, color=[colors[k > 0] for k in range(len(numbers))], linewidth=1.0)
+    first = next((k for k in range(len(numbers)) if k != result.flow), 0)  # the sign is that of the largest but the flow's
+    axes.vlines(numbers, 0.0, result.exponents, color=[colors[k != first] for k in range(len(numbers))], linewidth=1.0)
     dots: dict[str, Any] = {"fmt": "o", "color": INK, "markersize": 2.5, "elinewidth": 0.8, "capsize": 2}
     axes.errorbar(numbers, result.exponents, yerr=result.half_width, **dots)
     if result.flow is not None:

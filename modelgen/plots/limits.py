@@ -6,6 +6,7 @@ the limit. Rows whose rule's own text was not seen are hatched, and the rules na
 
 from __future__ import annotations
 
+import re
 from math import inf
 
 from matplotlib.axes import Axes
@@ -16,9 +17,11 @@ from modelgen.analysis.limits.check import LimitRow, LimitsResult
 from modelgen.errors import CaseError
 from modelgen.plots.dispatch import plot
 from modelgen.plots.quantities import display, number, words
+from modelgen.plots.speed_axis import TIMES
 from modelgen.plots.style import BLUE, GRAY, INK, SMALL, TEXT, VERMILION, filled, sheet, styled, width_of
 
-ROW = 0.52  # cm
+ROW, DOUBLE = 0.52, 0.86  # cm
+BETWEEN = " / "  # a mode and its order
 WIDEST = 200.0  # percent; longer bars are cut and say so by an arrow
 NAME = 5.0  # cm for the name of a row
 HATCH = "/////"
@@ -39,7 +42,7 @@ def plot_limits(result: LimitsResult, /, *, count: int = 16) -> Figure:
     for row in result.rows:
         rules.setdefault(row.rule, []).append(row)
     shown = {name: sorted(rows, key=lambda row: -_used(row))[:count] for name, rows in rules.items()}
-    heights = [ROW * len(rows) + 0.3 for rows in shown.values()]
+    heights = [_row(rows) * len(rows) + 0.3 for rows in shown.values()]
     figure = sheet(result.model, "limits", _detail(result, shown), height=sum(heights) + 1.15 * len(heights) + 1.5)
     every = figure.subplots(len(heights), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
     longest = max([100.0, *(min(_used(row), WIDEST) for rows in shown.values() for row in rows)])
@@ -88,10 +91,21 @@ def _bars(axes: Axes, rows: list[LimitRow]) -> None:
                       textcoords="offset points", fontsize=6.5, color=VERMILION if row.verdict == "fail" else INK,
                       annotation_clip=False)  # fmt: skip
     axes.axvline(100, color=INK, linewidth=1.2, linestyle=(0, (5, 2)), zorder=5)
-    axes.set_yticks(range(len(rows)), [_fitted(words(row.element)) for row in rows])
+    axes.set_yticks(range(len(rows)), [_label(row.element) for row in rows])
     axes.set_ylim(len(rows) - 0.4, -0.6)
     axes.grid(axis="y", visible=False)
     axes.tick_params(axis="y", length=0)
+
+
+def _row(rows: list[LimitRow]) -> float:
+    """Height of a row [cm]; a mode and its order take two lines."""
+    return DOUBLE if any(BETWEEN in row.element for row in rows) else ROW
+
+
+def _label(element: str) -> str:
+    """The name of a row: an element, or a mode above the order that comes near it, with its base."""
+    told = re.sub(r"(?:\.\w+)? x (\d+)", f" {TIMES}\\1", element)
+    return "\n".join(_fitted(words(part)) for part in told.split(BETWEEN))
 
 
 def _fitted(name: str) -> str:

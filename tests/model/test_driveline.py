@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import doctest
 import math
+import re
 from fractions import Fraction
 
 import numpy as np
@@ -260,3 +261,19 @@ def test_a_line_holds_and_lists_its_elements_and_has_a_hash() -> None:
     assert len({line, again, line.set(speed=3.0)}) == 2
     with pytest.raises(NamingError, match="has no element 0; known are m, n"):
         line[0]  # type: ignore[index]
+
+
+@pytest.mark.parametrize(
+    ("limits", "words"),
+    [
+        (3, "limits: are 3; give a list, such as"),
+        ([4], 'limits: hold 4; give {"rule": "syt_5211_angle"}'),
+        ([{"rule": "x", "element": []}], "limits: hold an unknown key 'element'; nearest is 'elements'"),
+        ([{"rule": "x", "elements": "a"}], "limit 'x': is for the elements 'a'; give a list of names"),
+        ([{"elements": ["a"]}], "names no rule"),
+        ([{"rule": "x", "inputs": {"y": True}}], "limit 'x', y: is True; give a number or a text with a unit"),
+    ],
+)
+def test_what_is_no_limit_is_refused(limits, words):
+    with pytest.raises(ModelError, match=re.escape(words)):
+        Driveline("line", limits=limits)

@@ -459,6 +459,7 @@ def test_chosen_limits_are_read_and_written():
     assert parse_model(model_text(line)) == line
     inner = Driveline("outer").include("box", line)
     assert [(each.rule, each.elements) for each in inner.limits] == [("iacs_m68", ("box_s",))]
+    assert Driveline("one", limits="syt_5211_angle").limits[0].rule == "syt_5211_angle"
     given = ({"rule": "iacs_m68", "elements": ["s"], "inputs": dict(line.limits[0].inputs)}, "syt_5211_angle")
     assert Driveline("chosen", elements=line.elements, limits=given) == line
 

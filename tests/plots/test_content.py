@@ -121,6 +121,32 @@ def test_contact_is_shaded_where_the_flanks_are_apart(results: Any) -> None:
     assert gaps
 
 
+def test_mesh_forces_show_the_envelope_over_the_window_and_the_largest_force_close_up(results: Any) -> None:
+    """The envelope reaches from the least to the largest force that the report tells, and the close-up holds the largest."""
+    figure = mesh_forces(results.solution, results.window)
+    told, period = results.angles.meshes["mesh"], 60 / (1500 * 21)
+    assert (results.window.last - results.window.first) / period > 40
+    envelope, force, deflection = figure.axes
+    (band,) = (each for each in envelope.collections if isinstance(each, PolyCollection))
+    reach = band.get_paths()[0].vertices[:, 1]
+    assert (reach.min(), reach.max()) == pytest.approx((told.least / 1e3, told.largest / 1e3), rel=1e-12)
+    assert envelope.get_xlim() == pytest.approx((results.window.first, results.window.last))
+    curve = force.lines[0]
+    assert np.ptp(curve.get_xdata()) == pytest.approx(6 * period, rel=0.05)
+    assert curve.get_ydata().max() == pytest.approx(told.largest / 1e3, rel=1e-12)
+    assert deflection.get_xlim() == force.get_xlim()
+    heading = " ".join(text.get_text() for text in figure.texts)
+    assert f"Window {results.window.first:.4g} to {results.window.last:.4g} s" in heading
+
+
+def test_a_physical_limit_is_drawn_among_physical_angles_only(results: Any) -> None:
+    physical, referred = plot(results.angles, limit=0.5).axes
+    dashed = [[line for line in axes.lines if line.get_linestyle() == "--"] for axes in (physical, referred)]
+    assert [len(lines) for lines in dashed] == [1, 0]
+    assert "0.5°" not in [text.get_text() for text in referred.texts]
+    assert not any(axes.lines for axes in plot(results.angles).axes)  # nobody chose a limit
+
+
 def test_mesh_forces_need_a_gear_pair(results: Any) -> None:
     with pytest.raises(CaseError, match="there is no gear pair 'mash'; nearest is 'mesh'"):
         mesh_forces(results.solution, names=["mash"])

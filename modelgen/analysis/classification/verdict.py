@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.analysis.classification.sequence_tests import drift, line_share, zero_one
-from modelgen.analysis.nonlinear.recurrence import FEWEST, recurrence
+from modelgen.analysis.nonlinear.recurrence import FEWEST, Recurrence, recurrence
 from modelgen.errors import CaseError
 
 Array = NDArray[np.float64]
@@ -28,7 +28,11 @@ DRIFTS = 0.15  # relative change of mean or spread between the halves of the sec
 
 
 class ExponentEvidence(Protocol):
-    """Lyapunov exponents as ``lyapunov_exponents`` gives them; ``sign`` of the largest: "positive", "negative" or "undecided"."""
+    """Lyapunov exponents as ``lyapunov_exponents`` gives them; ``sign`` of the largest: "positive", "negative" or "undecided".
+
+    Where they have ``stationary``, ``transient_chaos`` and ``beside``, these count as well: what is not stationary speaks for
+    transient chaos or for nothing.
+    """
 
     @property
     def exponents(self) -> Array: ...
@@ -68,7 +72,10 @@ class Evidence:
 
 @dataclass(frozen=True)
 class Verdict:
-    """``kind``: "periodic", "quasi-periodic", "chaotic" or "undecided"; ``period`` in strobes for a periodic motion, else 0."""
+    """``kind``: "periodic", "quasi-periodic", "chaotic", "transient chaos" or "undecided".
+
+    ``period`` in strobes of a periodic motion, or of that in which transient chaos ends (0 where that is not known); else 0.
+    """
 
     kind: str
     period: int
@@ -77,7 +84,9 @@ class Verdict:
 
     @property
     def name(self) -> str:
-        """The kind with the period: ``period 2``."""
+        """The kind with the period: ``period 2``; ``transient chaos, then period 2``."""
+        if self.kind == "transient chaos" and self.period:
+            return f"{self.kind}, then period {self.period}"
         return f"period {self.period}" if self.kind == "periodic" else self.kind
 
     def __str__(self) -> str:
@@ -126,7 +135,7 @@ def classify(
         raise CaseError("classification, tolerance", f"is {tolerance!r}", "give a positive share of the scales")
     found = [_orbit(orbit)] if orbit is not None else []
     back = recurrence(points, tolerance, HIGHEST)
-    found += _section(points, tolerance, back.period, back.residual, complete)
+    found += _section(points, tolerance, back, complete)
     found += [_exponent(exponents)] if exponents is not None else []
     kind, deciding = _decide(found)
     period = 0
@@ -134,6 +143,8 @@ def classify(
         period = orbit.order if orbit is not None and deciding == {"orbit"} else back.period
         if back.period not in (0, period):
             kind, deciding, period = "undecided", set(), 0
+    if kind == "transient chaos":
+        period = orbit.order if orbit is not None and orbit.proven else back.period
     weighed = tuple(Evidence(each.source, each.finding, each.speaks_for, each.source in deciding) for each in found)
     return Verdict(kind, period, weighed, conservative)
 
@@ -148,11 +159,22 @@ def _exponent(found: ExponentEvidence) -> Evidence:
     if first is None:
         return Evidence("exponents", "none beside that along the motion", "")
     size = f"largest {found.exponents[first]:.3g} +- {found.half_width[first]:.1g} 1/s"
+    if not getattr(found, "stationary", True):
+        told = "; ".join([size, *getattr(found, "remarks", ())])
+        return Evidence("exponents", told, "transient chaos" if getattr(found, "transient_chaos", False) else "")
+    if getattr(found, "beside", ""):
+        return Evidence("exponents", f"{size}; beside it {found.beside}", "undecided")  # type: ignore[attr-defined]
     kinds = {"positive": "chaotic", "negative": "periodic", "undecided": "quasi-periodic"}
     return Evidence("exponents", size, kinds[found.sign])
 
 
-def _section(points: Array, tolerance: float, period: int, residual: float, complete: bool) -> list[Evidence]:
+def _section(points: Array, tolerance: float, back: Recurrence, complete: bool) -> list[Evidence]:
+    period, residual = back.period, back.residual
+    if period and back.first >= ENOUGH:
+        test = zero_one(points[: back.first])
+        words = f"{back.first} points wander (K = {test:.2f}), the other {len(points) - back.first} come back after {period}"
+        kind = "transient chaos" if test > CHAOTIC else "periodic"
+        return [Evidence("section", words, kind if complete else "")]
     if period:
         words = f"{len(points)} points come back after {period} (within {residual:.1e} of the scales)"
         return [Evidence("section", words, "periodic" if complete else "")]
@@ -178,6 +200,9 @@ def _section(points: Array, tolerance: float, period: int, residual: float, comp
 def _decide(found: list[Evidence]) -> tuple[str, set[str]]:
     """The kind, and the sources that decided it."""
     says = {each.source: each.speaks_for for each in found}
+    transient = {source for source, said in says.items() if said == "transient chaos"}
+    if transient and says["section"] != "quasi-periodic":
+        return "transient chaos", transient
     if says.get("orbit") == "periodic" and set(says.values()) <= {"periodic", ""}:
         return "periodic", {"orbit"}
     if says["section"] == "undecided":

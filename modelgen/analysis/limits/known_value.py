@@ -7,7 +7,6 @@ model and the command that computed the value; a rule takes them from here, and 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Any
 
 
@@ -25,7 +24,7 @@ class KnownValue(float):
     def __new__(cls, number: float, unit: str = "1", **facts: Any) -> KnownValue:
         """The number with what is known of it."""
         made = super().__new__(cls, number)
-        made.unit, made.facts = unit, MappingProxyType(facts)
+        made.unit, made.facts = unit, facts
         return made
 
 

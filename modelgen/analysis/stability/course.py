@@ -58,8 +58,13 @@ class Course:
     def copy(self) -> Course:
         """Another course from the same place."""
         other = Course(self.problem, self.solver, self.options)
-        other.time, other.state, other.p = self.time, self.state, self.p
+        other.back_to(self)
         return other
+
+    def back_to(self, other: Course) -> None:
+        """Stand again where another course of the same motion stands."""
+        self.time, self.state, self.p = other.time, other.state, other.p
+        self.fastest, self.last_speed = other.fastest, other.last_speed
 
     def advance(self, times: Array) -> list[InitialValueProblem]:
         """Go on to the last of the times; a problem for each stretch that ends at one of them, from where it begins.

@@ -60,7 +60,7 @@ def propagators(
     ``before``: state and parameters at the end of the stretch that came before the first. Raises CaseError where a stretch cannot
     be crossed.
     """
-    found = _crossed(stretches, length, options, method)
+    found = crossed(stretches, length, options, method)
     if stretches[0].switching is None:
         return found
     for k, stretch in enumerate(stretches):
@@ -71,13 +71,13 @@ def propagators(
             continue
         far = np.abs((before[0] - stretch.x0) / stretch.scale).max() > JUMP
         if far or not np.array_equal(before[1], stretch.p):
-            again = _crossed([replace(stretch, x0=before[0], p=before[1])], length, options, method)
+            again = crossed([replace(stretch, x0=before[0], p=before[1])], length, options, method)
             found.ends[k], found.volumes[k], found.matrices[k] = again.ends[0], again.volumes[0], again.matrices[0]
             found.modes[k] = again.modes[0]
     return found
 
 
-def _crossed(stretches: Sequence[InitialValueProblem], length: float, options: SolverOptions, method: str) -> Propagators:
+def crossed(stretches: Sequence[InitialValueProblem], length: float, options: SolverOptions, method: str = METHOD) -> Propagators:
     """The propagators of stretches, each from its own start."""
     n = stretches[0].x0.size
     groups = -(-n // WIDEST)

@@ -145,3 +145,30 @@ def test_wrong_points(points: Array, words: str) -> None:
         classify(points)
     with pytest.raises(CaseError, match="positive share"):
         classify(np.zeros(20), tolerance=0.0)
+
+
+@dataclass
+class Unsteady(Exponents):
+    stationary: bool = False
+    transient_chaos: bool = True
+    beside: str = ""
+    remarks: tuple[str, ...] = ("not stationary: 30 s of transient, then period 2 proven",)
+
+
+def test_chaos_that_ends_is_transient() -> None:
+    ends = np.concatenate([logistic(3.9, 300), logistic(3.2, 300)])
+    verdict = classify(ends)
+    assert (verdict.kind, verdict.period, verdict.name) == ("transient chaos", 2, "transient chaos, then period 2")
+    assert "300 points wander" in str(verdict)
+    assert classify(logistic(3.2)).kind == "periodic"
+    late = classify(logistic(3.2), exponents=Unsteady("negative"))
+    assert (late.kind, late.period) == ("transient chaos", 2)
+    assert [each.source for each in late.evidence if each.decided] == ["exponents"]
+    assert "30 s of transient" in str(late)
+
+
+def test_a_stable_orbit_beside_what_looks_like_chaos_leaves_it_undecided() -> None:
+    beside = Unsteady("undecided", stationary=True, transient_chaos=False, beside="a stable orbit, period 2 proven")
+    verdict = classify(logistic(3.9), exponents=beside)
+    assert verdict.name == "undecided"
+    assert "a stable orbit, period 2 proven" in str(verdict)

@@ -155,3 +155,50 @@ def test_a_course_goes_on_where_it_was() -> None:
     assert course.state[0] == pytest.approx(math.cos(2.0), abs=1e-8)
     assert course.advance(np.array([2.0])) == []
     assert course.moves()
+
+
+UEDA = {"x": 1.0, "v": 0.0}, {"x": "v", "v": "-0.05*v - x**3 + 7.5*cos(t)"}
+
+
+def test_stretches_adapt_where_deviations_grow_without_bound() -> None:
+    """Ueda's oscillator over 8200 s: stretches of 125 s would let deviations grow e^12-fold and more; the sum is -0.05."""
+    found = exponents(*UEDA, 8200.0, record_from=200.0)
+    assert found.exponents.sum() == pytest.approx(-0.05, abs=1e-8)
+    assert found.exponents[0] == pytest.approx(0.11, abs=0.01)
+    assert found.sign == "positive"
+    assert found.left_out == pytest.approx(8000 - found.duration, rel=1e-9)
+    assert f"{found.left_out:.4g} s of the span are left out" in str(found)
+
+
+def test_the_means_are_over_the_span_that_was_asked_for() -> None:
+    found = exponents(OSCILLATOR, {"x": "v", "v": "-x - 0.2*v"}, 300.0, record_from=100.0, options=VM)
+    assert (found.begin, found.duration, found.left_out) == (100.0, pytest.approx(200.0), 0.0)
+    assert "left out" not in str(found)
+
+
+def test_chaos_that_comes_to_rest() -> None:
+    """Lorenz at r = 22: transient chaos before one of two fixed points, whose eigenvalues give the exponents."""
+    rates = {"x": "10*(y - x)", "y": "x*(22 - z) - y", "z": "x*y - 8*z/3"}
+    found = exponents({"x": 1.0, "y": 1.0, "z": 20.0}, rates, 600.0, tolerance=1e-8)
+    c = math.sqrt(8 / 3 * 21)
+    real = np.sort(np.linalg.eigvals([[-10, 10, 0], [1, -1, -c], [c, c, -8 / 3]]).real)[::-1]
+    assert not found.stationary
+    assert (found.sign, found.ends_in, found.transient_chaos) == ("negative", "rest", True)
+    assert 5 < found.transient < 500
+    assert found.transient_exponents[0] == pytest.approx(0.8, abs=0.3)
+    assert np.all(np.abs(found.exponents - real) < np.maximum(found.half_width, 0.02))
+    assert f"not stationary: {found.transient:.6g} s of transient" in str(found)
+
+
+def test_a_step_in_a_sequence_is_found_and_noise_is_none() -> None:
+    from modelgen.analysis.stability.stationarity import steady_from
+
+    rng = np.random.default_rng(3)
+    assert sum(bool(steady_from(1 + rng.standard_normal(480))) for _ in range(200)) <= 1
+    walk = np.zeros(4800)
+    for k in range(1, len(walk)):
+        walk[k] = 0.95 * walk[k - 1] + rng.standard_normal()
+    assert steady_from(1 + walk) == 0
+    late = np.where(np.arange(960) < 700, 2.0, -1.0) + 0.5 * rng.standard_normal(960)
+    assert steady_from(late) == pytest.approx(700, abs=20)
+    assert steady_from(np.ones(960)) == steady_from(np.ones(10)) == 0

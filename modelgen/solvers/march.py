@@ -51,8 +51,7 @@ class _March:
         self.options, self.method = options, method
         self.scaled = ScaledProblem(problem)
         self.t, self.end = problem.t0, float(problem.times[-1])
-        self.breaks = time_breaks(problem)
-        self.passed = 0  # of the breaks
+        self.breaks, self.passed = time_breaks(problem), 0
         self.asked = 0.0  # size that was wanted before it was cut short at the end or at a break
         self.state = np.zeros((2, self.scaled.size))
         self.events = Events(problem.switching, self.scaled, method, options) if problem.switching is not None else None
@@ -62,8 +61,7 @@ class _March:
         self.floor = max(budget.smallest_step * problem.horizon, 4 * math.ulp(max(abs(self.t), abs(self.end))))
         self.ceiling = options.largest_step or math.inf
         self.limit = budget.bound**2
-        self.steps = self.tried = self.rejected = 0
-        self.evaluations = 0
+        self.steps = self.tried = self.rejected = self.evaluations = 0
         self.smallest, self.largest = math.inf, 0.0
         self.next_check = SOON
 
@@ -241,8 +239,8 @@ class _March:
         if self.options.first_step is not None:
             return self.options.first_step
         self.evaluations += 1
-        tolerance, power = 0.01 * self.options.tolerance, self.method.control
-        return max(first_size(self.scaled, self.t, self.state, tolerance, power, self.ceiling), self.floor)
+        wanted, power = 0.01 * self.options.tolerance, self.method.control
+        return max(first_size(self.scaled, self.t, self.state, wanted, power, self.ceiling), self.floor)
 
     def smooth(self) -> None:
         """Step sizes in proportion to the error to the power -1/(p+1), damped by the error of the step before."""

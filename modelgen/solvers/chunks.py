@@ -146,7 +146,8 @@ class _Run:
         self.done = int(problem.times[0] == problem.t0)  # outputs reached; the start itself is zero
         self.reach = problem.horizon / 64
         self.floor = max(options.budget.smallest_step * problem.horizon, 64 * math.ulp(float(np.abs(problem.times).max())))
-        self.breaks, self.passed = time_breaks(problem), 0
+        self.breaks = time_breaks(problem)
+        self.t, self.passed = self.breaks.start(problem.t0)
         self.integrators = _Integrators(self.scaled, plugin, options, self.floor, single=len(self.breaks) > MANY_BREAKS)
         self.affordable = LONGEST / (5e-6 + plugin.rates_per_step * seconds_per_rate(problem.rhs))  # steps in a chunk
         self.ceiling = CAUTIOUS  # the same, by experience

@@ -50,8 +50,8 @@ class _March:
         self.watch = watch
         self.options, self.method = options, method
         self.scaled = ScaledProblem(problem)
-        self.t, self.end = problem.t0, float(problem.times[-1])
-        self.breaks, self.passed = time_breaks(problem), 0
+        self.breaks, self.end = time_breaks(problem), float(problem.times[-1])
+        self.t, self.passed = self.breaks.start(problem.t0)
         self.asked = 0.0  # size that was wanted before it was cut short at the end or at a break
         self.state = np.zeros((2, self.scaled.size))
         self.events = Events(problem.switching, self.scaled, method, options) if problem.switching is not None else None
@@ -90,8 +90,8 @@ class _March:
         trajectory = self.scaled.trajectory(self.output.reached(), ending, cost)
         if self.events is None:
             return trajectory
-        log = self.events.log(self.t)
-        return replace(trajectory, events=replace(log, breaks=self.breaks.times[: self.passed]))
+        breaks = self.breaks.until(self.t, self.scaled.problem.t0)
+        return replace(trajectory, events=replace(self.events.log(self.t), breaks=breaks))
 
     def go(self) -> None:
         """Start, and step to the end by the rule of the options."""

@@ -125,14 +125,14 @@ def test_no_method_steps_across_a_jump_in_time(method: str) -> None:
     assert run.succeeded, run.message
     half = math.pi / 20
     inside = run.times % (2 * half)
-    assert run["saw"] == pytest.approx(np.where(inside < half, inside, 2 * half - inside), abs=1e-12)
+    assert run["saw"] == pytest.approx(np.where(inside < half, inside, 2 * half - inside), abs=1e-11)
     phase = 12 * run.times
     whole, part = np.floor(phase).astype(int), phase % 1
     corners = np.array([1.0, 2.0, 5.0, 3.0, 1.0])
     lines = np.concatenate([[0.0], np.cumsum((corners[:-1] + corners[1:]) / 2)])
     index = whole % 4
     exact = whole // 4 * lines[-1] + lines[index] + part * corners[index] + part**2 / 2 * (corners[index + 1] - corners[index])
-    assert run["table"] == pytest.approx(exact / 12, abs=2e-6)
+    assert run["table"] == pytest.approx(exact / 12, abs=5e-6)
 
 
 def test_breaks_are_found_however_a_law_is_written() -> None:
@@ -148,7 +148,7 @@ def test_breaks_are_found_however_a_law_is_written() -> None:
     for law, expected in laws.values():
         model = lower(system({"x": 0}, {"x": law}))
         problem = initial_value_problem(Case(model, end=0.99), operating_point(model))[0]
-        assert time_breaks(problem).times == pytest.approx(expected, abs=1e-14)
+        assert time_breaks(problem).until(1.0, 0.0) == pytest.approx(expected, abs=1e-14)
 
 
 def test_outputs_at_a_break_and_next_to_it_are_all_there() -> None:

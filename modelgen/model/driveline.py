@@ -17,8 +17,8 @@ from modelgen.model.declarations import Flange
 from modelgen.model.element import Element, Shared
 from modelgen.model.named import BaseFrequency, NamedParameter, base_frequency, named_parameter
 from modelgen.model.names import identifier, model_name
-from modelgen.model.values import ROW, plain_number
-from modelgen.units import finite, read_quantity
+from modelgen.model.speeds import mean_speeds, read_speed
+from modelgen.units import read_quantity
 
 RESERVED = ("speed", "total", "time", "modal", "modal_damping")
 """Names that the driveline itself uses: operating speed, sums over all elements, time, and modal damping."""
@@ -86,9 +86,10 @@ class Driveline:
         put(self, "parameters", MappingProxyType({key: named_parameter(key, value) for key, value in self.parameters.items()}))
         put(self, "bases", MappingProxyType({key: base_frequency(key, value) for key, value in self.bases.items()}))
         put(self, "assemblies", MappingProxyType({key: tuple(value) for key, value in self.assemblies.items()}))
-        self._read_speeds(where)
+        for name, value in mean_speeds(where, self.speed, self.reference, self.speeds).items():
+            put(self, name, value)
         if self.speed is not None:
-            put(self, "speed", _speed(self.speed, f"{where}, speed"))
+            put(self, "speed", read_speed(self.speed, f"{where}, speed"))
             if self.speed <= 0:
                 raise ModelError(
                     where, f"the operating speed is {self.speed:g} rad/s", "give a positive speed: angles count forward"
@@ -113,20 +114,6 @@ class Driveline:
             for name in members:
                 if name not in names:
                     raise NamingError(f"assembly {assembly!r}", f"holds {name!r}, which is no element", nearest(str(name), names))
-
-    def _read_speeds(self, where: str) -> None:
-        """Mean speeds by shaft; that of the reference shaft, else the first that turns forward, is the operating speed."""
-        put = object.__setattr__
-        if not isinstance(self.speeds, Mapping):
-            raise ModelError(where, f"speeds is {self.speeds!r:.60}", 'give {"sun": "1500 rpm", "ring": 0}')
-        values = {name: _speed(value, f"{where}, speed of {name!r}") for name, value in self.speeds.items()}
-        if values and self.reference is None:
-            put(self, "reference", next((name for name, value in values.items() if value > 0), next(iter(values))))
-        if self.reference in values:
-            put(self, "speed", values.pop(self.reference))
-        if values and self.speed is None:
-            raise ModelError(where, f"gives no speed to its reference shaft {self.reference!r}", "add it to speeds")
-        put(self, "speeds", MappingProxyType(values))
 
     def _check_names(self, where: str) -> None:
         taken: dict[str, str] = {}
@@ -303,8 +290,3 @@ class Driveline:
         return f"driveline {self.name!r}: {len(self.elements)} elements ({listed}){at}"
 
     __repr__ = __str__
-
-
-def _speed(value: Any, where: str) -> float:
-    """A mean speed [rad/s] from a text with a unit or a number in SI."""
-    return read_quantity(value, "rad/s", where) if isinstance(value, str) else finite(plain_number(value, where, "rad/s"), where)

@@ -24,7 +24,8 @@ import numpy as np
 from modelgen.solvers.coordinates import ScaledProblem, symbols_for
 from modelgen.solvers.diagnosis import chatter, explain
 from modelgen.solvers.outcome import Ending, Outcome
-from modelgen.solvers.problem import STIFF_START, InitialValueProblem, SolverOptions, Statistics, Trajectory, Vector
+from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Statistics, Trajectory, Vector
+from modelgen.solvers.smallest_step import time_since_start
 from modelgen.solvers.time_breaks import time_breaks
 from modelgen.solvers.watch import Watch
 
@@ -146,7 +147,8 @@ class _Run:
         self.values = np.zeros((problem.times.size, self.scaled.size))
         self.done = int(problem.times[0] == problem.t0)  # outputs reached; the start itself is zero
         self.reach = problem.horizon / 64
-        self.breaks, self.passed = time_breaks(problem), 0
+        self.breaks = time_breaks(problem)
+        self.t, self.passed = self.breaks.start(problem.t0)
         self.integrators = _Integrators(self.scaled, plugin, options, single=len(self.breaks) > MANY_BREAKS)
         self.affordable = LONGEST / (5e-6 + plugin.rates_per_step * seconds_per_rate(problem.rhs))  # steps in a chunk
         self.ceiling = CAUTIOUS  # the same, by experience
@@ -156,8 +158,7 @@ class _Run:
     @property
     def floor(self) -> float:
         """The smallest step [s]: a share of the time since the start, in steps of 16, so that few integrators are built."""
-        since = max(self.t - self.problem.t0, STIFF_START * self.problem.horizon)
-        share = 16.0 ** math.floor(math.log(since / self.problem.horizon, 16))
+        share = 16.0 ** math.floor(math.log(time_since_start(self.problem, self.t) / self.problem.horizon, 16))
         return max(self.options.budget.smallest_step * share * self.problem.horizon, 64 * math.ulp(max(abs(self.t), 1e-300)))
 
     def run(self) -> Trajectory:

@@ -36,7 +36,7 @@ class Passing:
             if self.sign * new < 0 and (place.heading or place.value - before.value) * new > 0:
                 bracket = before.theta, place.theta, before.value, place.value
                 yield close_in(self.counting.value, *bracket, self.counting.width), int(new)
-                self.sign, self.graze = new, NONE
+                self.sign, self.graze = new, EXCUSED  # until it is clear of zero
             elif self.sign == 0:
                 self.sign = new
             if clear:

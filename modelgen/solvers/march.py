@@ -22,8 +22,9 @@ from modelgen.solvers.firing import Restart
 from modelgen.solvers.first_size import first_size
 from modelgen.solvers.guards import BoundGuards
 from modelgen.solvers.method import BoundStep, Method
-from modelgen.solvers.outcome import Ending, Outcome
-from modelgen.solvers.problem import STIFF_START, InitialValueProblem, SolverOptions, Statistics, Trajectory
+from modelgen.solvers.outcome import Ending, Outcome, StopRunError
+from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Statistics, Trajectory
+from modelgen.solvers.smallest_step import smallest_step
 from modelgen.solvers.time_breaks import time_breaks
 from modelgen.solvers.watch import Watch
 
@@ -36,13 +37,6 @@ SOON, RARELY = 64, 512  # steps before the first look for chatter, and between l
 Trial = tuple[BoundStep, BoundGuards | None]
 
 
-class _StopError(Exception):
-    """Carries the ending out of the loop."""
-
-    def __init__(self, ending: Ending) -> None:
-        self.ending = ending
-
-
 class _March:
     """One run: the state, the bound step, and the rules of step sizes."""
 
@@ -50,30 +44,25 @@ class _March:
         self.watch = watch
         self.options, self.method = options, method
         self.scaled = ScaledProblem(problem)
-        self.t, self.end = problem.t0, float(problem.times[-1])
-        self.breaks = time_breaks(problem)
-        self.passed = 0  # of the breaks
+        self.breaks, self.end = time_breaks(problem), float(problem.times[-1])
+        self.t, self.passed = self.breaks.start(problem.t0)
         self.asked = 0.0  # size that was wanted before it was cut short at the end or at a break
         self.state = np.zeros((2, self.scaled.size))
         self.events = Events(problem.switching, self.scaled, method, options) if problem.switching is not None else None
         self.trial = self.bound_step()
         self.output = DenseOutput(problem.times, problem.t0, self.scaled.size, method.interpolant)
         budget = options.budget
-        self.smallest_step = budget.smallest_step
         self.ceiling = options.largest_step or math.inf
         self.limit = budget.bound**2
-        self.steps = self.tried = self.rejected = 0
-        self.evaluations = 0
+        self.steps = self.tried = self.rejected = self.evaluations = 0
         self.smallest, self.largest = math.inf, 0.0
         self.next_check = SOON
 
     @property
     def floor(self) -> float:
-        """The smallest step [s]: a share of the horizon, or for a stiff method of the time since the start, where all is fast."""
-        problem = self.scaled.problem
-        if self.method.floor_outcome is not Outcome.NEWTON_FAILED:
-            return max(self.smallest_step * problem.horizon, 4 * math.ulp(max(abs(self.t), abs(self.end))))
-        return max(self.smallest_step * max(self.t - problem.t0, STIFF_START * problem.horizon), 4 * math.ulp(abs(self.t)))
+        """The smallest step [s] where the run stands."""
+        stiff = self.method.floor_outcome is Outcome.NEWTON_FAILED
+        return smallest_step(self.scaled.problem, self.options.budget.smallest_step, self.t, stiff)
 
     def bound_step(self) -> tuple[BoundStep, BoundGuards | None]:
         """A step bound to the state of the run, with the guards over it."""
@@ -87,7 +76,7 @@ class _March:
             if self.t < self.end:
                 self.go()
             self.watch.finish()
-        except _StopError as stop:
+        except StopRunError as stop:
             ending = stop.ending
         cost = Statistics(
             steps=self.steps,
@@ -100,8 +89,8 @@ class _March:
         trajectory = self.scaled.trajectory(self.output.reached(), ending, cost)
         if self.events is None:
             return trajectory
-        log = self.events.log(self.t)
-        return replace(trajectory, events=replace(log, breaks=self.breaks.times[: self.passed]))
+        breaks = self.breaks.until(self.t, self.scaled.problem.t0)
+        return replace(trajectory, events=replace(self.events.log(self.t), breaks=breaks))
 
     def go(self) -> None:
         """Start, and step to the end by the rule of the options."""
@@ -119,7 +108,7 @@ class _March:
         self.evaluations += 1
         self.state[1] = self.scaled.rates(self.t, self.state[0])
         if not np.isfinite(self.state[1]).all():
-            raise _StopError(self.explain(self.floor, Outcome.NON_FINITE_RATE))
+            raise StopRunError(self.explain(self.floor, Outcome.NON_FINITE_RATE))
 
     def restart(self, found: Restart) -> None:
         """Go on from an event, or end there."""
@@ -128,7 +117,7 @@ class _March:
         while again is not None:
             self.t, self.state[0] = again.time, again.y
             if again.ending is not None:
-                raise _StopError(again.ending)
+                raise StopRunError(again.ending)
             self.new_slope()
             again = self.events.returning(self.t, *self.state)
         self.events.restart(self.t, *self.state)
@@ -165,7 +154,7 @@ class _March:
         self.tried += 1
         if self.tried > self.options.budget.max_steps:
             self.tried -= 1
-            raise _StopError(self.explain(h, Outcome.MAX_STEPS))
+            raise StopRunError(self.explain(h, Outcome.MAX_STEPS))
         if self.watch.clock() >= self.watch.next_look:
             self.look(h)
         bound.time[0], bound.size[0] = self.t, h
@@ -178,7 +167,7 @@ class _March:
                 return math.inf
             believed = error <= 1 or self.options.fixed_step is not None
             if believed and np.abs(bound.nodes[-2]).max() > self.options.budget.bound:
-                raise _StopError(self.explain(h, Outcome.DIVERGED, beyond=bound.nodes[-2].copy()))
+                raise StopRunError(self.explain(h, Outcome.DIVERGED, beyond=bound.nodes[-2].copy()))
         if guards is None or (error > 1 and self.options.fixed_step is None):
             return error
         if bound.method.extra is not None:
@@ -190,16 +179,16 @@ class _March:
         horizon = self.scaled.problem.horizon
         reason = self.watch.look((self.t - self.scaled.problem.t0) / horizon)
         if reason is Outcome.CANCELLED:
-            raise _StopError(Ending(reason, reason.sentence(time=self.t)))
+            raise StopRunError(Ending(reason, reason.sentence(time=self.t)))
         if reason is not None:
-            raise _StopError(self.explain(h, reason))
+            raise StopRunError(self.explain(h, reason))
 
     def reject(self, h: float) -> float:
         """Count a rejected step; the size to try next, unless it would be too small."""
         self.rejected += 1
         if h < self.floor:
             failed = self.method.floor_outcome if math.isnan(self.trial[0].measures[1]) else Outcome.STEP_TOO_SMALL
-            raise _StopError(self.explain(self.floor, failed))
+            raise StopRunError(self.explain(self.floor, failed))
         return h
 
     def accept(self, step: Trial, t_new: float, h: float) -> bool:
@@ -231,7 +220,7 @@ class _March:
         if self.steps >= self.next_check:
             self.next_check += min(self.steps, RARELY)
             if (found := chatter(self.scaled, t_new, self.state[0].copy(), h)) is not None:
-                raise _StopError(found)
+                raise StopRunError(found)
         return False
 
     def clip(self, h: float) -> tuple[float, float]:
@@ -249,8 +238,8 @@ class _March:
         if self.options.first_step is not None:
             return self.options.first_step
         self.evaluations += 1
-        tolerance, power = 0.01 * self.options.tolerance, self.method.control
-        return max(first_size(self.scaled, self.t, self.state, tolerance, power, self.ceiling), self.floor)
+        wanted, power = 0.01 * self.options.tolerance, self.method.control
+        return max(first_size(self.scaled, self.t, self.state, wanted, power, self.ceiling), self.floor)
 
     def smooth(self) -> None:
         """Step sizes in proportion to the error to the power -1/(p+1), damped by the error of the step before."""
@@ -301,7 +290,7 @@ class _March:
                 until = min(t_new, self.stop)
                 h = until - self.t
                 if self.attempt(self.trial, h) == math.inf:
-                    raise _StopError(self.explain(h, no_numbers))
+                    raise StopRunError(self.explain(h, no_numbers))
                 self.accept(self.trial, until, h)
 
 

@@ -172,14 +172,14 @@ class NativeRuns:
         total = now - float(problem.times[0])
         shares = memory.held[job] / total if total > 0 else flags(memory.switching, memory.p_now[job])
         count = memory.task.crossings
-        events, touches, breaks = which < count, which >= count, memory.breaks[job].times
+        events, touches = which < count, which >= count
         return EventLog(
             *(memory.switching, times[events], which[events], states[events], memory.happened[job], shares),
             start=tuple(memory.first_modes[job].tolist()),
             counting=memory.counting(job),
             touch_times=times[touches],
             touch_which=which[touches] - count,
-            breaks=breaks[breaks < now],
+            breaks=memory.breaks[job].until(now, problem.t0),
             roundings=memory.guard_zero[job],
         )
 

@@ -81,3 +81,10 @@ class Ending(NamedTuple):
 
     outcome: Outcome
     message: str
+
+
+class StopRunError(Exception):
+    """Carries an ending out of the loop of a run."""
+
+    def __init__(self, ending: Ending) -> None:
+        self.ending = ending

@@ -24,7 +24,6 @@ from modelgen.solvers.outcome import Outcome
 
 Vector = NDArray[np.float64]
 
-STIFF_START = 1e-10  # of the horizon: the time from which a stiff method counts its smallest step
 RULES = ("smooth", "paper")
 BACKENDS = ("vm", "c", "auto")
 EVENTS = ("auto", "on", "off")

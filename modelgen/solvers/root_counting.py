@@ -8,6 +8,7 @@ the step, halved until each shows no root or a guard that goes one way. What nei
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -167,6 +168,7 @@ class Enclosures:
         return found
 
 
+@functools.lru_cache(maxsize=16)
 def bernstein_weights(interpolant: Interpolant) -> NDArray[np.float64]:
     """What the gain of each node weighs in each Bernstein coefficient of the dense output: (nodes, degree + 1)."""
     degree = interpolant.coefficients.shape[1] - 1

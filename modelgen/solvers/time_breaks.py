@@ -23,11 +23,23 @@ SCANS, HALVINGS = 4096, 60  # looks at a switch that is no straight line, and ha
 
 @dataclass(frozen=True, eq=False)
 class TimeBreaks:
-    """Times (n,) [s] just ``before`` and just ``after`` each break, increasing; ``times``: the breaks themselves."""
+    """Times (n,) [s] just ``before`` and just ``after`` each break, increasing; ``times``: the breaks themselves.
+
+    Where a run starts on a break, that is the time before it, and the run begins behind it.
+    """
 
     times: Vector
     before: Vector
     after: Vector
+
+    def start(self, t: float) -> tuple[float, int]:
+        """Where a run from t begins, and how many breaks are behind it there."""
+        at_once = len(self.times) > 0 and self.before[0] <= t
+        return (float(self.after[0]), 1) if at_once else (t, 0)
+
+    def until(self, t: float, first: float) -> Vector:
+        """The breaks that a run from ``first`` has passed at t."""
+        return self.times[(self.times > first) & (self.after <= t)]
 
     def __len__(self) -> int:
         return len(self.times)
@@ -47,9 +59,9 @@ def time_breaks(problem: InitialValueProblem) -> TimeBreaks:
     switches = [switch for function in functions for switch in time_switches(function)]
     found = _found(tuple(switches), first, last, problem.p.tobytes()) if switches and last > first else np.zeros(0)
     side = SIDE * np.maximum(np.abs(found), 1e-3 * problem.horizon)
-    inside = (found - side > first) & (found - side < last)
+    inside = (found + side > first) & (found - side < last)
     found, side = found[inside], side[inside]
-    return TimeBreaks(found, found - side, found + side)
+    return TimeBreaks(found, np.maximum(found - side, first), found + side)
 
 
 @functools.lru_cache(maxsize=64)

@@ -184,7 +184,7 @@ static void walk(Counting *c, int64_t n, int64_t direction, double *side, double
     if (*side * side_there < 0 && heading * side_there > 0) {
       if (direction == 0 || (direction > 0) == (side_there > 0))
         note(c->task, c->k, c->lane, n, locate(c->task, c->k, c->lane, c->surface, *side < 0, before->time, place->time, before->value, place->value));
-      *side = side_there, *graze = NAN;
+      *side = side_there, *graze = INFINITY; /* excused until it is clear of zero */
     } else if (*side == 0) {
       *side = side_there;
     }

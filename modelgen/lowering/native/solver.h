@@ -43,6 +43,7 @@ static int64_t begin(const Task *task, Work *k, int lane, int64_t job) {
   k->reached[lane] = times[0] == task->begin;
   k->events[lane] = k->quick[lane] = k->finds[lane] = 0, k->last_event[lane] = -1;
   k->next_break[lane] = k->crossing_break[lane] = k->returns[lane] = 0, next_stop(task, k, lane);
+  if (k->stop[lane] <= k->t[lane]) k->t[lane] = k->behind[lane], k->next_break[lane] = 1, next_stop(task, k, lane); /* it starts on a break */
   set_parameters(task, k, lane);
   if (!task->crossings) return RUNNING;
   for (int64_t n = 0; n < task->crossings; ++n) {

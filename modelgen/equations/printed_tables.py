@@ -47,7 +47,7 @@ def parameter_blocks(equations: Equations, typeset: Typesetter) -> Iterator[Bloc
     """Shared parameters, then series and derived parameters row by row."""
     shared = [p for p in equations.parameters if "." not in p.name and not p.series]
     columns = [(p.name, p.unit, p.values, p.note) for p in equations.parameters if p.series and p.values]
-    columns += [(d.name, d.unit, _derived(equations, d), _first_line(d.function.__doc__)) for d in equations.derived]
+    columns += [(d.name, d.unit, _derived(equations, d), _first_line(d.function.__doc__)) for d in equations.derived if d.symbols]
     if shared or columns:
         yield Heading(2, "Parameters")
         yield Paragraph("Those of one element stand with its law above.")

@@ -18,6 +18,7 @@ from modelgen.model.element import Element, Shared
 from modelgen.model.named import BaseFrequency, NamedParameter, base_frequency, named_parameter
 from modelgen.model.names import identifier, model_name
 from modelgen.model.speeds import mean_speeds, read_speed
+from modelgen.model.values import ROW
 from modelgen.units import read_quantity
 
 RESERVED = ("speed", "total", "time", "modal", "modal_damping")

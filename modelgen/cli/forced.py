@@ -36,6 +36,9 @@ LIMIT = 'A limit to draw, such as flywheel.angle_deviation="0.5 deg". Repeatable
 MISFIRE = "A source and the factor on its torque: firing_3=0 fires not at all, firing_3=0.5 half. Repeatable."
 
 
+REFINE = "Add speeds at resonances between those of --speeds.  [default: with 10 speeds or more]"
+
+
 @click.command(epilog=EXAMPLES)
 @asks_a_model
 @fills_a_folder
@@ -46,6 +49,7 @@ MISFIRE = "A source and the factor on its torque: firing_3=0 fires not at all, f
 @click.option("--show", multiple=True, metavar="CHANNEL", help=SHOW)
 @click.option("--limit", multiple=True, metavar="CHANNEL=VALUE", help=LIMIT)
 @click.option("--highest-order", type=click.FloatRange(min=0, min_open=True), help="Leave out orders above, per reference turn.")
+@click.option("--refine/--no-refine", default=None, help=REFINE)
 def forced(
     model: str,
     assignments: tuple[str, ...],
@@ -59,6 +63,7 @@ def forced(
     show: tuple[str, ...],
     limit: tuple[str, ...],
     highest_order: float | None,
+    refine: bool | None,
 ) -> None:
     """Forced response of MODEL, linear about its operating point: every order with its phase, and their sum over the cycle.
 
@@ -81,7 +86,12 @@ def forced(
         factors = misfires(line, compiled, misfire)
         progress.stage("find the response of every order")
         result = response_of(
-            compiled, wanted, factors, diameters=diameters(line, compiled, diameter), highest_order=highest_order
+            compiled,
+            wanted,
+            factors,
+            diameters=diameters(line, compiled, diameter),
+            highest_order=highest_order,
+            refine=refine,
         )
         progress.stage("write tables and figure")
         text = write_forced(result, factors, folder, show, bounds)

@@ -125,6 +125,7 @@ def forced_data(
     return {
         "model": result.model,
         "speeds_rpm": turns,
+        "added_speeds_rpm": [speed * RPM for speed in result.added],
         "changed_parameters": dict(factors),
         "complex_stiffness": result.complex_stiffness,
         "cycle_turns": str(result.cycle),

@@ -96,6 +96,22 @@ def test_the_summary(out: Path) -> None:
     assert data["largest"]["shaft.torque [N*m]"]["at_rpm"] == pytest.approx(1050)
 
 
+def test_speeds_are_added_at_resonances_unless_told_otherwise(invoke: Invoke, two_disks: Path, tmp_path: Path) -> None:
+    """Order 6 meets 100.658 Hz at 1006.58 rpm."""
+    speeds = ("--speeds", "900 rpm", "1200 rpm", "--count", "13")
+    result = invoke("forced", two_disks, "--out", tmp_path / "fine", *speeds)
+    assert "13 speeds from 900 to 1200 rpm" in result.stdout
+    assert " speeds added at resonances" in result.stdout
+    data = json.loads((tmp_path / "fine" / "forced.json").read_text(encoding="utf-8"))
+    assert min(abs(each - 1006.58) for each in data["added_speeds_rpm"]) < 0.01
+    assert {900, 1000, 1100, 1200} <= {round(each, 9) for each in data["speeds_rpm"]}
+    assert invoke("forced", two_disks, "--out", tmp_path / "plain", *speeds, "--no-refine").exit_code == 0
+    few = ("--speeds", "900 rpm", "1200 rpm", "--count", "4", "--refine")
+    assert "speeds added at resonances" in invoke("forced", two_disks, "--out", tmp_path / "few", *few).stdout
+    data = json.loads((tmp_path / "plain" / "forced.json").read_text(encoding="utf-8"))
+    assert (data["added_speeds_rpm"], len(data["speeds_rpm"])) == ([], 13)
+
+
 def test_half_a_misfire_halves_the_response(invoke: Invoke, two_disks: Path, tmp_path: Path) -> None:
     half = []
     for name, options in (("whole", ()), ("half", ("--misfire", "shaking=0.5"))):

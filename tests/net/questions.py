@@ -138,7 +138,7 @@ def _linear(model: str, count: str) -> list[Question]:
         ("show", f"show {model}", True),
         ("modal", f"modal {model} --out OUT", False),
         ("campbell", f"campbell {model} --out OUT --speeds {speeds} --count {count}", False),
-        ("forced", f"forced {model} --out OUT --speeds {speeds} --count {few}{low}", False),
+        ("forced", f"forced {model} --out OUT --speeds {speeds} --count {few} --no-refine{low}", False),
         ("limits-forced", f"limits {model} --out OUT --response forced", False),
         ("equivalent", f"equivalent {model} --out OUT/table.csv", True),
         ("new", f"new copy --from TABLE:{model} --out OUT/copy.toml", True),

@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from modelgen.analysis.linear.excitation import Excitation, excitation, parametr
 from modelgen.analysis.linear.frequency_response import frequency_response
 from modelgen.analysis.linear.model import LinearModel, linearize, mapped, seen, stated_frequencies
 from modelgen.analysis.linear.orders import order_name
+from modelgen.analysis.linear.resonances import resonance_speeds
 from modelgen.analysis.linear.shear_stress import Diameter, shear_stress_factor
 from modelgen.analysis.linear.speed_ratios import referred_ratios
 from modelgen.analysis.linear.speeds import Parameters, point_at, read_speeds
@@ -35,6 +37,7 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 CHANNELS = (".angle_deviation", ".elastic_angle", ".twist", ".torque", ".force", ".deflection")
 LOST = ".dissipated_power"
+CURVE = 10  # speeds from which on a response over speed is a curve, of which peaks are read
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +50,7 @@ class ForcedResult:
     ``units``; ``mean`` (speeds, channels); ``amplitudes`` (speeds, channels, orders). ``dampers`` and ``power`` (speeds, dampers,
     orders) [W]: mean power that each turns into heat by vibration. ``gears``: channels that carry the load of a gear.
     ``parametric``: elements whose stiffness varies with time, and by what share; what that adds to the response is not in here.
+    ``added``: which of the speeds were put between those asked for, at resonances.
     """
 
     model: str
@@ -64,6 +68,7 @@ class ForcedResult:
     parametric: Mapping[str, float]
     complex_stiffness: bool
     harmonics: tuple[tuple[int, ...], ...] = ()
+    added: tuple[float, ...] = ()
 
     def sources(self, order: int) -> tuple[tuple[str, int], ...]:
         """Base frequencies of an order (a place in ``orders``), with their multiples."""
@@ -111,10 +116,11 @@ class ForcedResult:
         return Swings(mean, mean + low, mean + high, exact)
 
     def __str__(self) -> str:
-        turns = self.speeds * 30 / np.pi
+        turns, asked = self.speeds * 30 / np.pi, len(self.speeds) - len(self.added)
         return (
-            f"forced response of {self.model!r}: {len(self.speeds)} speeds from {turns[0]:.6g} to {turns[-1]:.6g} rpm, "
+            f"forced response of {self.model!r}: {asked} speeds from {turns[0]:.6g} to {turns[-1]:.6g} rpm, "
             f"{len(self.orders)} orders, {len(self.channels)} channels; all repeats after {self.cycle} turns"
+            + (f"; {len(self.added)} speeds added at resonances" if self.added else "")
         )
 
     __repr__ = __str__
@@ -149,14 +155,17 @@ def forced(
     diameters: Mapping[str, Diameter] | None = None,
     complex_stiffness: bool = True,
     highest_order: float | None = None,
+    refine: bool | None = None,
 ) -> ForcedResult:
     """Forced response at ``speeds`` (numbers in rad/s or texts with units; by default the operating speed).
 
     ``parameters``: values by name that differ from the model's own, or a function of the speed [rad/s] that returns them; a
     misfire is ``{"firing_3.scale": 0}``. ``channels``: by default angles, twists, torques, forces and mesh deflections.
     ``diameters``: the outer diameter, or outer and inner one, of shafts by name [m]; it adds their ``.shear_stress`` [Pa].
-    ``complex_stiffness=False`` takes loss factors as viscous. Raises CaseError for names and speeds that are not lawful and
-    where an order meets a mode without damping, BalanceError where mean torques do not balance.
+    ``complex_stiffness=False`` takes loss factors as viscous. ``refine``: between the speeds given, speeds are added at every
+    resonance of a vibrating mode with an order that stands out, so that peaks are read to 0.5 %; by default where ten speeds or
+    more are given. Raises CaseError for names and
+    speeds that are not lawful and where an order meets a mode without damping, BalanceError where mean torques do not balance.
 
     >>> from modelgen import Driveline, HarmonicTorque, Inertia, Shaft, assemble, lower
     >>> line = Driveline("two_disks", speed="1200 rpm", reference="engine", bases={"turn": 1}, elements=[
@@ -172,23 +181,32 @@ def forced(
     asked = tuple(dict.fromkeys([*chosen, *(torque for torque, _ in stressed.values())]))
     dampers = tuple(name for name in model.outputs if name.endswith(LOST))
     listed = read_speeds(model, speeds)
-    answers, first = [], None
-    for speed in listed:
-        point = point_at(model, float(speed), parameters)
-        first = first or point
+
+    def answer_at(speed: float) -> _Answer:
+        point = point_at(model, speed, parameters)
         linear = linearize(model, point, asked, complex_stiffness)
         shaking = excitation(model, point, asked, highest_order)
-        answers.append((linear.rest, shaking, *_answer(linear, shaking, float(speed), dampers)))
-    assert first is not None
-    found = {order: sources for _, shaking, *_ in answers for order, sources in zip(shaking.orders, shaking.sources, strict=True)}
+        return _Answer(linear, shaking, *_answer(linear, shaking, speed, dampers))
+
+    known = {float(speed): answer_at(float(speed)) for speed in listed}
+    added: list[float] = []
+    refine = len(listed) >= CURVE if refine is None else refine
+    for low, high in pairwise(list(known) if refine else []):
+        near = known[low]
+        added += resonance_speeds(near.linear, near.shaking, near.response, low, high).tolist()
+    known |= {speed: answer_at(speed) for speed in added}
+    first = known[float(listed[0])].linear.point
+    listed = np.array(sorted(known))
+    answers = [known[speed] for speed in listed.tolist()]
+    found = {order: sources for each in answers for order, sources in zip(each.shaking.orders, each.shaking.sources, strict=True)}
     orders = tuple(sorted(found))
     place = {order: k for k, order in enumerate(orders)}
     amplitudes = np.zeros((len(listed), len(asked), len(orders)), dtype=complex)
     power = np.zeros((len(listed), len(dampers), len(orders)))
-    for k, (_, shaking, response, lost) in enumerate(answers):
-        at = [place[order] for order in shaking.orders]
-        amplitudes[k][:, at], power[k][:, at] = response, lost
-    mean = np.array([rest for rest, *_ in answers])
+    for k, each in enumerate(answers):
+        at = [place[order] for order in each.shaking.orders]
+        amplitudes[k][:, at], power[k][:, at] = each.response, each.lost
+    mean = np.array([each.linear.rest for each in answers])
     rows = [asked.index(name) for name in chosen] + [asked.index(torque) for torque, _ in stressed.values()]
     factor = np.array([1.0] * len(chosen) + [each for _, each in stressed.values()])
     vibrating = [k for k, name in enumerate(dampers) if not name.startswith("total.")]
@@ -215,7 +233,18 @@ def forced(
         referred_ratio=referred_ratios(model, first),
         parametric=parametric(model, first),
         complex_stiffness=complex_stiffness,
+        added=tuple(added),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Answer:
+    """What is known at one speed: amplitudes (channels, orders) and power lost (dampers, orders)."""
+
+    linear: LinearModel
+    shaking: Excitation
+    response: Complex
+    lost: Array
 
 
 def _answer(linear: LinearModel, shaking: Excitation, speed: float, dampers: tuple[str, ...]) -> tuple[Complex, Array]:

@@ -296,7 +296,7 @@ def diesel_model():
 def vibratory_torques(model, rpm):
     """Sum over the orders of |k (theta_a - theta_b)| of each shaft (speeds, shafts), the measure of OT's vibratory_torque."""
     channels = [f"shaft_{n}.twist" for n in range(8)]
-    result = forced(model, np.asarray(rpm) * RPM, rows_at, channels=channels)
+    result = forced(model, np.asarray(rpm) * RPM, rows_at, channels=channels, refine=False)
     return np.abs(result.amplitudes).sum(axis=2) * np.array(DIESEL[1])
 
 

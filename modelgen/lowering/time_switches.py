@@ -17,6 +17,12 @@ ZERO_OF_DIFFERENCE = frozenset({ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_FM
 ZERO_OF_FIRST = frozenset({ca.OP_FABS, ca.OP_SIGN})
 WHOLE_NUMBERS = frozenset({ca.OP_FLOOR, ca.OP_CEIL})
 JUMPS = frozenset({*ZERO_OF_DIFFERENCE, *ZERO_OF_FIRST, *WHOLE_NUMBERS, ca.OP_FMOD, ca.OP_REMAINDER, ca.OP_COPYSIGN})
+CONSTANT_BETWEEN = frozenset(
+    {*WHOLE_NUMBERS, ca.OP_SIGN, ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_NOT, ca.OP_AND, ca.OP_OR}
+)
+LINEAR_BETWEEN = frozenset(
+    {ca.OP_ASSIGN, ca.OP_ADD, ca.OP_SUB, ca.OP_NEG, ca.OP_TWICE, ca.OP_FABS, ca.OP_FMIN, ca.OP_FMAX, ca.OP_IF_ELSE_ZERO}
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,19 +54,21 @@ def time_switches(function: ca.Function) -> tuple[TimeSwitch, ...]:
         return ()
     t, p = ca.SX.sym("t"), ca.SX.sym("p", *function.size_in(2))
     found = []
-    for surface, whole in _surfaces(function, t, p):
+    for surface, degree, whole in _surfaces(function, t, p):
         if not ca.depends_on(surface, t):
             continue
-        rate = ca.jacobian(surface, t)
-        affine = ca.jacobian(rate, t).nnz() == 0
+        rate, affine = ca.jacobian(surface, t), degree <= 1
         value, rates = (ca.Function(name, [t, p], [ca.densify(each)]) for name, each in (("value", surface), ("rate", rate)))
         found.append(TimeSwitch(value, rates, whole, affine))
     return tuple(found)
 
 
-def _surfaces(function: ca.Function, t: ca.SX, p: ca.SX) -> Iterator[tuple[ca.SX, bool]]:
-    """What each switch of time compares with zero, or with whole numbers, in the order of the instructions."""
-    work: dict[int, ca.SX | None] = {}  # what a register holds, unless it depends on the state
+def _surfaces(function: ca.Function, t: ca.SX, p: ca.SX) -> Iterator[tuple[ca.SX, int, bool]]:
+    """What each switch of time compares with zero, or with whole numbers, in the order of the instructions.
+
+    With it its degree in time between the switches before it: 0, 1, or 2 for anything else.
+    """
+    work: dict[int, tuple[ca.SX, int] | None] = {}  # what a register holds, and its degree, unless it depends on the state
     for index in range(function.n_instructions()):
         code, source, target = (
             function.instruction_id(index),
@@ -68,19 +76,32 @@ def _surfaces(function: ca.Function, t: ca.SX, p: ca.SX) -> Iterator[tuple[ca.SX
             function.instruction_output(index),
         )
         if code == ca.OP_CONST:
-            work[target[0]] = ca.SX(function.instruction_constant(index))
+            work[target[0]] = ca.SX(function.instruction_constant(index)), 0
         elif code == ca.OP_INPUT:
-            work[target[0]] = {0: t, 2: p[source[1]] if p.numel() else None}.get(source[0])
+            work[target[0]] = {0: (t, 1), 2: (p[source[1]], 0) if p.numel() else None}.get(source[0])
         elif code != ca.OP_OUTPUT:
             operands = [work[register] for register in source]
             known = [each for each in operands if each is not None]
             if len(known) < len(operands):
                 work[target[0]] = None
                 continue
+            parts, degrees = [each[0] for each in known], [each[1] for each in known]
             if code in JUMPS:
-                yield _surface(code, known)
-            binary = len(known) == 2
-            work[target[0]] = ca.SX.binary(code, *known) if binary else ca.SX.unary(code, known[0])
+                surface, whole = _surface(code, parts)
+                yield surface, max(degrees), whole
+            value = ca.SX.binary(code, *parts) if len(parts) == 2 else ca.SX.unary(code, parts[0])
+            work[target[0]] = value, _degree(code, degrees)
+
+
+def _degree(code: int, degrees: list[int]) -> int:
+    """The degree in time of what an operation makes, between the places where it switches."""
+    if code in CONSTANT_BETWEEN or max(degrees) == 0:
+        return 0
+    if code == ca.OP_MUL:
+        return min(sum(degrees), 2)
+    if code == ca.OP_DIV:
+        return degrees[0] if degrees[1] == 0 else 2
+    return max(degrees) if code in LINEAR_BETWEEN else 2
 
 
 def _surface(code: int, operands: list[ca.SX]) -> tuple[ca.SX, bool]:

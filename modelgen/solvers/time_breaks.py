@@ -19,6 +19,7 @@ from modelgen.solvers.problem import InitialValueProblem, Vector
 SIDE = 16 * float(np.finfo(float).eps)  # how far the two sides of a break are from it, relative to its time
 MOST = 4_000_000  # breaks of one run; where there are more, all are left to the error control
 SCANS, HALVINGS = 4096, 60  # looks at a switch that is no straight line, and halvings of what they bracket
+MOST_SCANS = 200_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +123,7 @@ def _by_scanning(switch: TimeSwitch, edges: Vector, p: Vector) -> Vector:
     span = edges[-1] - edges[0]
     rate = np.abs(np.asarray(switch.rate.map(SCANS)(np.linspace(edges[0], edges[-1], SCANS)[None, :], p)).ravel())
     fastest = float(np.nanmax(np.where(np.isfinite(rate), rate, 0.0), initial=0.0))
-    count = int(min(max(SCANS, 16 * fastest * span), MOST / 4))
+    count = int(min(max(SCANS, 16 * fastest * span), MOST_SCANS))
     grid = np.unique(np.concatenate([edges, np.linspace(edges[0], edges[-1], count)]))
 
     def side(times: Vector) -> NDArray[np.float64]:

@@ -61,7 +61,7 @@ static void write_outputs(const Task *task, Work *k, const double *accepted) {
       if (accepted[lane] == 0) continue;
       const double *times = task->times + k->job[lane] * task->times_stride;
       int64_t n = k->reached[lane];
-      if (n >= task->samples || !(times[n] <= k->covers[lane])) continue;
+      if (n >= task->samples || !(times[n] <= (task->break_count ? k->covers : k->until)[lane])) continue;
       if (!k->dense_used[lane]) k->dense_used[lane] = 1, k->evaluations[lane] += EXTRA;
       sample[slot] = n, time[slot] = times[n], theta[slot] = (times[n] - k->t[lane]) / k->h[lane];
       k->reached[lane] = n + 1, any = 1;

@@ -22,10 +22,10 @@ static void finish(const Task *task, Work *k, int lane, int64_t outcome) {
 
 /* A size at most as large as wanted, and the time that it leads to: no sliver is left before a break or the end. */
 static void clip(const Task *task, const Work *k, int lane, double wanted, double *h, double *t_new) {
-  double stop = smaller(k->end[lane], k->stop[lane]), left = stop - k->t[lane];
+  double left = k->limit[lane] - k->t[lane];
   *h = smaller(wanted, task->largest_step);
   if (*h >= left) {
-    *h = left, *t_new = stop;
+    *h = left, *t_new = k->limit[lane];
   } else {
     *t_new = k->t[lane] + (2 * *h > left ? left / 2 : *h);
     *h = *t_new - k->t[lane];
@@ -40,7 +40,7 @@ static void propose(const Task *task, Work *k, int lane) {
     k->t_new[lane] = smaller(part < count ? task->begin + span * (part / count) : k->end[lane], k->stop[lane]);
     k->h[lane] = k->t_new[lane] - k->t[lane];
   } else {
-    k->asked[lane] = smaller(k->h[lane], task->largest_step);
+    if (task->break_count) k->asked[lane] = smaller(k->h[lane], task->largest_step);
     clip(task, k, lane, k->h[lane], &k->h[lane], &k->t_new[lane]);
   }
 }
@@ -112,12 +112,13 @@ static void next_stop(const Task *task, Work *k, int lane) {
   int64_t n = k->next_break[lane];
   const double *before = task->breaks + 2 * k->job[lane] * task->break_count;
   k->stop[lane] = n < task->break_count ? before[n] : INFINITY;
+  k->limit[lane] = smaller(k->end[lane], k->stop[lane]);
   k->behind[lane] = n < task->break_count ? before[task->break_count + n] : INFINITY;
 }
 
 /* The lane stands at the end of its step, where an event has cut it, or behind a break. */
 static void advance(const Task *task, Work *k, int lane) {
-  int whole = k->until[lane] == k->t_new[lane], at_break = (int)k->crossing_break[lane];
+  int whole = k->until[lane] == k->t_new[lane], at_break = task->break_count && k->crossing_break[lane];
   ++k->steps[lane];
   k->largest[lane] = larger(k->largest[lane], k->h[lane]);
   if (k->t_new[lane] < k->end[lane] || !(k->smallest[lane] < INFINITY)) k->smallest[lane] = smaller(k->smallest[lane], k->h[lane]);

@@ -129,6 +129,24 @@ static void by_enclosures(Counting *c, double from, double to, int depth) {
   by_enclosures(c, middle, to, depth + 1);
 }
 
+/* Whether the quintic through a guard's values and rates, given by its Bernstein coefficients, shows that the guard stays on its side of
+ * zero or goes one way, with room for what it has beyond the quintic (infinite where that has no bound) and for the rate of that. */
+static int is_plain(const Counting *c, const double *b) {
+  const Work *k = c->k;
+  double h = k->h[c->lane], rest = get(&k->guard_rest[c->surface], c->lane) * h * h * h * h * h * h, beyond = 0.0, bend = 0.0;
+  double low = b[0], high = b[0], slowest = INFINITY, fastest = -INFINITY;
+#if HIGH
+  double one = get(&k->beyond[0][c->surface], c->lane), two = get(&k->beyond[1][c->surface], c->lane), most = larger(fabs(one), fabs(one + two));
+  beyond = most / 432, bend = 0.05 * most + fabs(two) / 432;
+#endif
+  for (int i = 1; i < 6; ++i) {
+    double step = 5 * (b[i] - b[i - 1]);
+    low = smaller(low, b[i]), high = larger(high, b[i]), slowest = smaller(slowest, step), fastest = larger(fastest, step);
+  }
+  beyond += c->near + rest, bend += 130 * rest; /* 130: of the remainders of the rate and of the value, 432 720 0.0482 / 120 */
+  return low > beyond || high < -beyond || slowest > bend || fastest < -bend;
+}
+
 /* All places of a guard, from the start of the step to its end. */
 static void find_places(Counting *c) {
   const Task *task = c->task;
@@ -139,11 +157,15 @@ static void find_places(Counting *c) {
   for (int n = 0; n < 3; ++n) g[n] = get(&k->guard[n][m], lane), r[n] = h * get(&k->guard[n][RATES + m], lane);
   c->places = c->undecided = 0;
   add_place(c, from, g[0], c->zero, 0.0);
+  double first = g[0] + 0.2 * r[0], last = g[2] - 0.2 * r[2];
+  double total = 3.2 * g[1] - 0.1 * (g[0] + g[2]) - 0.5 * (first + last), step = 1.6 * r[1] + 0.5 * (g[0] - g[2]) + 1.5 * (first - last);
+  double b[8] = {g[0], first, 0.5 * (total - step), 0.5 * (total + step), last, g[2]};
+  if (way != SAMPLED && is_plain(c, b)) {
+    add_place(c, to, g[2], c->zero, 0.0);
+    return;
+  }
   if (way == POLYNOMIAL) {
     static const double SQUARE[8] = SQUARE_COEFFICIENTS, CUBE[8] = CUBE_COEFFICIENTS;
-    double first = g[0] + 0.2 * r[0], last = g[2] - 0.2 * r[2];
-    double total = 3.2 * g[1] - 0.1 * (g[0] + g[2]) - 0.5 * (first + last), step = 1.6 * r[1] + 0.5 * (g[0] - g[2]) + 1.5 * (first - last);
-    double b[8] = {g[0], first, 0.5 * (total - step), 0.5 * (total + step), last, g[2]};
     for (int degree = 5; degree < 7; ++degree) {
       b[degree + 1] = b[degree];
       for (int i = degree; i > 0; --i) b[i] = (1 - i / (degree + 1.0)) * b[i] + i / (degree + 1.0) * b[i - 1];

@@ -184,14 +184,16 @@ static void take_steps(const Task *task, Work *k, Log *log, const double *accept
   int64_t outcome[LANES];
   int cuts = 0, all = 1;
   for (int lane = 0; lane < LANES; ++lane) {
-    outcome[lane] = RUNNING, again[lane] = 0.0, k->crossing_break[lane] = 0;
+    outcome[lane] = RUNNING, again[lane] = 0.0;
     k->until[lane] = k->t_new[lane], k->finds[lane] = 0, k->dense_used[lane] = EXTRA && task->crossings;
     if (task->crossings && accepted[lane] != 0 && LANE(k->suspects, lane)) {
       dense_stages(k);
       find(task, k, lane), cut(task, k, lane);
     }
-    k->covers[lane] = k->until[lane];
-    if (accepted[lane] != 0 && k->until[lane] == k->stop[lane]) k->crossing_break[lane] = 1, k->covers[lane] = k->behind[lane];
+  }
+  for (int lane = 0; lane < LANES && task->break_count; ++lane) {
+    k->crossing_break[lane] = accepted[lane] != 0 && k->until[lane] == k->stop[lane];
+    k->covers[lane] = k->crossing_break[lane] ? k->behind[lane] : k->until[lane];
   }
   write_outputs(task, k, accepted);
   for (int lane = 0; lane < LANES; ++lane) {
@@ -205,7 +207,7 @@ static void take_steps(const Task *task, Work *k, Log *log, const double *accept
       if (k->jumped[lane]) whole[lane] = 0.0, again[lane] = 1.0, cuts = 1, k->crossing_break[lane] = 0;
     }
     if (task->crossings && whole[lane] != 0 && LANE(k->suspects, lane)) keep_signs(task, k, lane);
-    if (k->crossing_break[lane]) {
+    if (task->break_count && k->crossing_break[lane]) {
       whole[lane] = 0.0, again[lane] = 1.0, cuts = 1;
       outcome[lane] = go_behind(task, k, log, lane, y[lane]);
     }

@@ -118,7 +118,7 @@ typedef struct {
   int64_t job[LANES], steps[LANES], tried[LANES], rejected[LANES], evaluations[LANES], reached[LANES], grid[LANES], doubling[LANES], halving[LANES], jumped[LANES];
   double one_c[NC + 1], p[LANES][NP + 1];
   double since[LANES], event_time[LANES], early[LANES], late[LANES];
-  double stop[LANES], behind[LANES], covers[LANES], asked[LANES]; /* break that no step crosses, time behind it; see solver.h */
+  double stop[LANES], behind[LANES], covers[LANES], asked[LANES], limit[LANES]; /* break that no step crosses, time behind it; see solver.h */
   int64_t next_break[LANES], returns[LANES], crossing_break[LANES];
   int64_t quick[LANES], events[LANES], last_event[LANES], finds[LANES], leapt[LANES];
   int dense_ready, dense_used[LANES];

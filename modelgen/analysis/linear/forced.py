@@ -25,7 +25,7 @@ from modelgen.analysis.linear.model import LinearModel, linearize, mapped, seen,
 from modelgen.analysis.linear.orders import order_name
 from modelgen.analysis.linear.resonances import resonance_speeds
 from modelgen.analysis.linear.shear_stress import Diameter, shear_stress_factor
-from modelgen.analysis.linear.speed_ratios import referred_ratios
+from modelgen.analysis.linear.speed_ratios import gears_between_speeds, referred_ratios
 from modelgen.analysis.linear.speeds import Parameters, point_at, read_speeds
 from modelgen.analysis.linear.synthesis import common_cycle, extremes, synthesize
 from modelgen.errors import CaseError, nearest
@@ -216,7 +216,7 @@ def forced(
     if model.equations.modal_ratio is not None:
         parts = np.concatenate([parts, power[:, [dampers.index("total" + LOST)]] - parts.sum(axis=1, keepdims=True)], axis=1)
         names = (*names, "modal_damping")
-    gears = [f"{name}.{kind}" for name in _gears(model, first.p) for kind in ("torque", "force") if f"{name}.{kind}" in chosen]
+    gears = [f"{name}.{kind}" for name in gears_between_speeds(model, first.p) for kind in ("torque", "force") if f"{name}.{kind}" in chosen]
     return ForcedResult(
         model=model.name,
         speeds=listed,
@@ -289,17 +289,4 @@ def _stress_rows(model: Compiled, diameters: Mapping[str, Diameter]) -> dict[str
     for name, diameter in diameters.items():
         model.output_index(f"{name}.torque")
         found[f"{name}.shear_stress"] = (f"{name}.torque", shear_stress_factor(diameter, f"shaft {name!r}, diameter"))
-    return found
-
-
-def _gears(model: Compiled, p: Array) -> list[str]:
-    """Elements that join shafts of different speed or sense."""
-    eq = model.equations
-    ratio = model.mean_model["nodes"](p).full() @ np.asarray(model.mean_model["ratios"](p)[0]).ravel()
-    found = []
-    for instance in eq.instances:
-        template = eq.templates[instance.template]
-        turning = {round(float(ratio[node]), 12) for node in instance.nodes.values()}
-        if len(instance.nodes) > 1 and (template.sense < 0 or len(turning) > 1):
-            found.append(instance.name)
     return found

@@ -5,6 +5,9 @@ Below ``forced`` and the ``angles`` of ``time_domain``.
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
+
 from modelgen.lowering import Compiled
 from modelgen.solvers.operating_point import OperatingPoint
 
@@ -17,4 +20,17 @@ def referred_ratios(model: Compiled, point: OperatingPoint) -> dict[str, float]:
         if f"{instance.name}.angle_deviation" in model.outputs:
             node = next(iter(instance.nodes.values()))
             found[instance.name] = float(ratio[node])
+    return found
+
+
+def gears_between_speeds(model: Compiled, p: NDArray[np.float64]) -> list[str]:
+    """Elements that join shafts of different speed or sense."""
+    eq = model.equations
+    ratio = model.mean_model["nodes"](p).full() @ np.asarray(model.mean_model["ratios"](p)[0]).ravel()
+    found = []
+    for instance in eq.instances:
+        template = eq.templates[instance.template]
+        turning = {round(float(ratio[node]), 12) for node in instance.nodes.values()}
+        if len(instance.nodes) > 1 and (template.sense < 0 or len(turning) > 1):
+            found.append(instance.name)
     return found

@@ -65,6 +65,7 @@ def modal_text(modes: ModalResult) -> str:
     from modelgen.analysis.linear.mode_numbers import mode_cell
     from modelgen.cli.report import digits
     from modelgen.cli.tables import aligned
+    from modelgen.lowering.mean_turn import averaged_words
 
     rows = []
     for k, frequency in enumerate(modes.frequencies.tolist()):
@@ -77,7 +78,8 @@ def modal_text(modes: ModalResult) -> str:
     head = f"modes of {modes.model!r}: {kind} {len(modes.frequencies)}, {modes.rigid} rigid"
     columns = ["mode", "undamped [Hz]", "[vib/min]", "damped [Hz]", "damping ratio", "nodes"]
     table = aligned([*columns, "most kinetic energy", "most potential energy"], rows)
-    return "\n".join([head, table, *overdamped_remarks(modes)])
+    averaged = [averaged_words(modes.averaged)] if modes.averaged else []
+    return "\n".join([head, table, *overdamped_remarks(modes), *averaged])
 
 
 def overdamped_remarks(modes: ModalResult) -> list[str]:

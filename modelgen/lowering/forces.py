@@ -7,10 +7,12 @@ is one more torque on the groups: its matrix arrives in the parameter vector, be
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
 
+from modelgen.equations.records import Instance
 from modelgen.lowering.arguments import Arguments, flags_by_variable
 from modelgen.lowering.fixed import Fixed
 from modelgen.lowering.mass import Terms, add, solve_symmetric
@@ -45,13 +47,21 @@ class Balance:
     acceleration: ca.SX
 
 
-def forces_at(fixed: Fixed, arguments: list[Arguments], motion: Motion) -> Forces:
+Stage = Callable[[Fixed, Instance, Arguments], Sequence[ca.SX]]
+
+
+def at_an_instant(fixed: Fixed, instance: Instance, given: Arguments) -> Sequence[ca.SX]:
+    """What the state stage of an instance gives for its arguments."""
+    return list(fixed.block(instance).state(*given.all))
+
+
+def forces_at(fixed: Fixed, arguments: list[Arguments], motion: Motion, stage: Stage = at_an_instant) -> Forces:
     """All laws at a motion; ``arguments`` are those of every instance (``arguments_at``)."""
     eq = fixed.equations
     forces = Forces([ca.SX(0)] * len(eq.nodes), {}, [ca.SX(0)] * fixed.own_count, {}, {}, [], [])
     for instance, given in zip(eq.instances, arguments, strict=True):
         block, template = fixed.block(instance), eq.templates[instance.template]
-        named, torque, rates, powers, mass = block.state(*given.all)
+        named, torque, rates, powers, mass = stage(fixed, instance, given)
         for flange, each in zip(template.flanges, ca.vertsplit(torque) if template.flanges else [], strict=True):
             forces.torque[instance.nodes[flange]] += each
         for state, (_, symbol, *_) in zip(instance.states, template.states, strict=True):

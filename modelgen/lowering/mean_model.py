@@ -1,9 +1,10 @@
 """The mean model: the driveline in physical angles, with every time-dependent quantity replaced by its mean.
 
 Part of ``lower``; equilibrium, linearization and modal analysis are built on its functions. A law's quantities that depend on
-time are inputs here (w), so that the caller decides whether they are means, values at an instant, or anything else. Modes are
-found by comparison, and what holds a speed in some of them is zero: a brake that sticks holds nothing here, but its slip, its
-direction and its limits are given apart (``holders``).
+time are inputs here (w), so that the caller decides whether they are means, values at an instant, or anything else. Laws that see
+the angle of a shaft that turns are averaged over its turns (``mean_turn``). Modes are found by comparison, and what holds a speed
+in some of them is zero: a brake that sticks holds nothing here, but its slip, its direction and its limits are given apart
+(``holders``).
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from modelgen.lowering.fixed import Fixed
 from modelgen.lowering.forces import balance_of, forces_at
 from modelgen.lowering.holders import holders_of
 from modelgen.lowering.mass import matrix_of
+from modelgen.lowering.mean_turn import mean_over_turns
 from modelgen.lowering.motion import coordinates_of, group_values, motion_of_angles
 
 
@@ -37,7 +39,7 @@ def mean_model(fixed: Fixed, clocks: Clocks, x: ca.SX) -> dict[str, ca.Function]
     still = [ca.vertcat(*(ca.SX(0) for _ in block.slots.clocks)) for block in blocks]
     motion = motion_of_angles(fixed, t, angles, speeds, own)
     arguments = arguments_at(fixed, motion, still, ca.vertsplit(w, borders) if blocks else [])
-    forces = forces_at(fixed, arguments, motion)
+    forces = forces_at(fixed, arguments, motion, mean_over_turns)
     balance = balance_of(fixed, forces)
     outputs = ca.vertcat(*channels_of(fixed, motion, forces, balance).values())
     torque, matrix, outputs, by_flange, by_mass_term = (

@@ -30,6 +30,7 @@ from modelgen.analysis.linear.speeds import Parameters, point_at, read_speeds
 from modelgen.analysis.linear.synthesis import common_cycle, extremes, synthesize
 from modelgen.errors import CaseError, nearest
 from modelgen.lowering import Compiled
+from modelgen.lowering.mean_turn import averaged_words, turned_elements
 from modelgen.solvers.asked_model import asked_model
 from modelgen.solvers.equilibrium import own_start
 
@@ -51,6 +52,7 @@ class ForcedResult:
     orders) [W]: mean power that each turns into heat by vibration. ``gears``: channels that carry the load of a gear.
     ``parametric``: elements whose stiffness varies with time, and by what share; what that adds to the response is not in here.
     ``added``: which of the speeds were put between those asked for, at resonances.
+    ``averaged``: elements whose laws depend on the angle of a shaft.
     """
 
     model: str
@@ -69,6 +71,7 @@ class ForcedResult:
     complex_stiffness: bool
     harmonics: tuple[tuple[int, ...], ...] = ()
     added: tuple[float, ...] = ()
+    averaged: tuple[str, ...] = ()
 
     def sources(self, order: int) -> tuple[tuple[str, int], ...]:
         """Base frequencies of an order (a place in ``orders``), with their multiples."""
@@ -121,6 +124,7 @@ class ForcedResult:
             f"forced response of {self.model!r}: {asked} speeds from {turns[0]:.6g} to {turns[-1]:.6g} rpm, "
             f"{len(self.orders)} orders, {len(self.channels)} channels; all repeats after {self.cycle} turns"
             + (f"; {len(self.added)} speeds added at resonances" if self.added else "")
+            + (f"; {averaged_words(self.averaged)}" if self.averaged else "")
         )
 
     __repr__ = __str__
@@ -216,7 +220,8 @@ def forced(
     if model.equations.modal_ratio is not None:
         parts = np.concatenate([parts, power[:, [dampers.index("total" + LOST)]] - parts.sum(axis=1, keepdims=True)], axis=1)
         names = (*names, "modal_damping")
-    gears = [f"{name}.{kind}" for name in gears_between_speeds(model, first.p) for kind in ("torque", "force") if f"{name}.{kind}" in chosen]
+    between = gears_between_speeds(model, first.p)
+    gears = [f"{name}.{kind}" for name in between for kind in ("torque", "force") if f"{name}.{kind}" in chosen]
     return ForcedResult(
         model=model.name,
         speeds=listed,
@@ -234,6 +239,7 @@ def forced(
         parametric=parametric(model, first),
         complex_stiffness=complex_stiffness,
         added=tuple(added),
+        averaged=turned_elements(model.equations),
     )
 
 

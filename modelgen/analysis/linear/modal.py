@@ -23,6 +23,7 @@ from modelgen.analysis.linear.natural_modes import DampedModes, Modes, damped_mo
 from modelgen.analysis.linear.node_counts import node_counts
 from modelgen.errors import CaseError
 from modelgen.lowering import Compiled
+from modelgen.lowering.mean_turn import averaged_words, turned_elements
 from modelgen.solvers.asked_model import asked_model
 from modelgen.solvers.equilibrium import own_start
 from modelgen.solvers.operating_point import OperatingPoint, mean_values, operating_point
@@ -47,6 +48,7 @@ class ModalResult:
     own. ``nodes`` (modes,): places that stand still. ``number`` and ``name``: how a mode is counted. ``complete``: all modes are
     here. If not, the damped ones are those of the damping projected on the modes given, which is exact for proportional damping.
     ``released``: elements that hold a speed in some of their modes, such as brakes that stick; here they hold nothing.
+    ``averaged``: elements whose laws depend on the angle of a shaft, averaged over its turns.
     """
 
     model: str
@@ -70,6 +72,7 @@ class ModalResult:
     nodes: NDArray[np.intp]
     complete: bool
     released: tuple[str, ...] = ()
+    averaged: tuple[str, ...] = ()
 
     def number(self, mode: int) -> int | None:
         """Number of the mode in a row (from 0): vibrating modes count from 1, a rigid one has none."""
@@ -105,6 +108,8 @@ class ModalResult:
             rows.append(
                 f"  {', '.join(self.released)}: taken as slipping; what sticks would hold its node, and these are not its modes"
             )
+        if self.averaged:
+            rows.append(f"  {averaged_words(self.averaged)}")
         return "\n".join(rows)
 
     __repr__ = __str__
@@ -196,6 +201,7 @@ def _result(model: Compiled, p: Array, mean: Array, angle: Array, modes: Modes, 
         nodes=node_counts(model, referred, potential),
         complete=len(modes.squares) == len(model.equations.groups),
         released=tuple(each.name for each in model.equations.instances if model.equations.templates[each.template].holds),
+        averaged=turned_elements(model.equations),
     )
 
 

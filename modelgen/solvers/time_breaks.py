@@ -47,13 +47,13 @@ class TimeBreaks:
 
 
 def time_breaks(problem: InitialValueProblem) -> TimeBreaks:
-    """The breaks between the start of a problem and its end, of its right-hand side and of its guards.
+    """The breaks from the start of a problem to its end, of its right-hand side and of its guards.
 
     >>> import casadi as ca
     >>> t, x, p = ca.SX.sym("t"), ca.SX.sym("x"), ca.SX.sym("p")
     >>> stairs = ca.Function("stairs", [t, x, p], [ca.floor(p * t) - x])
     >>> time_breaks(InitialValueProblem(stairs, ("x",), [0.0], [4.0], [1.0], 0.0, [1.1])).times
-    array([0.25, 0.5 , 0.75, 1.  ])
+    array([0.  , 0.25, 0.5 , 0.75, 1.  ])
     """
     first, last = problem.t0, float(problem.times[-1])
     functions = [problem.rhs] if problem.switching is None else [problem.rhs, problem.switching.guards]

@@ -25,6 +25,7 @@ from modelgen import (
     Multiplier,
     Outcome,
     Param,
+    Section,
     Solution,
     SteppedTorque,
     lower,
@@ -158,11 +159,9 @@ def test_outputs_at_a_break_and_next_to_it_are_all_there() -> None:
 
 
 def test_a_section_that_a_torque_jumps_over_is_noted() -> None:
-    jump = system(
-        {"x": 0}, {"x": 1}, outputs={"torque": sympy.Piecewise((1, sympy.Symbol("t") < 0.5), (3, True))},
-        guards=[Guard("over", sympy.Piecewise((1, sympy.Symbol("t") < 0.5), (3, True)) + 0 * sympy.Symbol("x") - 2, 1)],
-    )  # fmt: skip
-    for run in both(Case(lower(jump), end=1.0)):
+    torque = sympy.Piecewise((1, sympy.Symbol("t") < 0.5), (3, True))
+    model = lower(system({"x": 0}, {"x": 1}, outputs={"torque": torque}))
+    for run in both(Case(model, end=1.0, sections=(Section("torque", 2.0, 1), Section("torque", 2.0, -1)))):
         assert run.events is not None
         assert run.events.times == pytest.approx([0.5], abs=1e-14)
 

@@ -191,7 +191,7 @@ static void take_steps(const Task *task, Work *k, Log *log, const double *accept
       find(task, k, lane), cut(task, k, lane);
     }
   }
-  for (int lane = 0; lane < LANES && task->break_count; ++lane) {
+  if (task->break_count) for (int lane = 0; lane < LANES; ++lane) {
     k->crossing_break[lane] = accepted[lane] != 0 && k->until[lane] == k->stop[lane];
     k->covers[lane] = k->crossing_break[lane] ? k->behind[lane] : k->until[lane];
   }

@@ -14,6 +14,8 @@ from modelgen.lowering.forces import Balance, Forces
 from modelgen.lowering.mass import Terms, matrix_of, solve_symmetric
 from modelgen.lowering.motion import Motion
 
+SMALL = 1e-300  # a row of a constraint that is zero at the values at hand
+
 
 def channels_of(fixed: Fixed, motion: Motion, forces: Forces, balance: Balance) -> dict[str, ca.SX]:
     """Expression of each output channel, in the order of the equations."""
@@ -124,7 +126,7 @@ def _multipliers(g: ca.SX, rest: ca.SX, redundant: tuple[int, ...]) -> ca.SX:
     """lambda of G^T lambda = rest; where rows of G depend on others, the one whose torques have the least sum of squares."""
     if not redundant:
         return ca.solve(ca.mtimes(g, g.T), ca.mtimes(g, rest))
-    size = ca.vertcat(*(ca.sqrt(ca.sumsqr(g[row, :])) for row in range(g.size1())))
+    size = ca.fmax(ca.vertcat(*(ca.sqrt(ca.sumsqr(g[row, :])) for row in range(g.size1()))), SMALL)
     unit = ca.diag(1 / size) @ g
     kept = [row for row in range(g.size1()) if row not in redundant]
     independent = unit[kept, :]

@@ -2,13 +2,29 @@
 
 from __future__ import annotations
 
+import shutil
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigh, null_space
 
 from laws.joints import SYSTEMS, PlanetarySet, System
-from modelgen import Case, Driveline, Element, Flange, HarmonicTorque, Inertia, Param, assemble, lower, modal, quantity, simulate
+from modelgen import (
+    Case,
+    Driveline,
+    Element,
+    Flange,
+    HarmonicTorque,
+    Inertia,
+    Param,
+    RigidGear,
+    assemble,
+    lower,
+    modal,
+    quantity,
+    simulate,
+)
 from modelgen.errors import ModelError
 
 ORDERS = range(10)
@@ -193,3 +209,33 @@ def test_values_that_break_the_choice_are_refused_by_name():
     model.parameters.vector({"first.teeth_ring": 41})
     with pytest.raises(ModelError, match=r"planetary_set '(first|second)': its constraint no longer sees the angle"):
         model.parameters.vector({"first.teeth_ring": 60})
+
+
+def test_constraints_that_say_the_same_share_their_torque():
+    """Two equal sets take half each; a closed loop of rigid gears shares what nothing elastic tells apart, and all is finite."""
+    sizes = {"S": 0.5, "R": 2.0, "C": 0.5}
+    twins = [PlanetarySet("p", *"SRC", teeth_sun=1, teeth_ring=2), PlanetarySet("q", *"SRC", teeth_sun=2, teeth_ring=4)]
+    parts = [Inertia(name, inertia=value) for name, value in sizes.items()]
+    run = simulate(Case(Driveline("twins", elements=[*parts, *twins, HarmonicTorque("d", "S", mean=10.0)]), end=0.5, start="zero"))
+    for flange, torque in (("sun", -5 / 11), ("ring", -10 / 11), ("carrier", 15 / 11)):
+        assert [run[f"{name}.torque_{flange}"][-1] for name in "pq"] == pytest.approx([torque, torque])
+    ends = {"g1": "ab", "g2": "bd", "g3": "ac", "g4": "cd"}
+    gears = [RigidGear(name, *joined, teeth_a=20, teeth_b=40) for name, joined in ends.items()]
+    loop = Driveline("loop", elements=[*(Inertia(n, inertia=1.0) for n in "abcd"), *gears, HarmonicTorque("t", "a", mean=4.0)])
+    model = lower(assemble(loop))
+    run = simulate(Case(model, end=0.1, start="zero"))
+    assert run["g1.torque"][-1] == pytest.approx(run["g3.torque"][-1])
+    second = run["a.acceleration"][-1]
+    assert second == pytest.approx(4.0 / (1 + 2 / 4 + 1 / 16))
+    assert run["g1.torque"][-1] + run["g3.torque"][-1] == pytest.approx(4.0 - second)
+    with pytest.raises(ModelError, match="rigid_gear 'g4': closes a loop whose gear ratios do not agree at these values"):
+        model.parameters.vector({"g4.teeth_b": 41})
+
+
+@pytest.mark.parametrize("name", ["planetary set, ring held", "open differential", "Ravigneaux set"])
+def test_generated_c_has_the_same_constraints(name):
+    if shutil.which("gcc") is None and shutil.which("clang") is None:
+        pytest.skip("no C compiler")
+    model = lower(assemble(SYSTEMS[name].driveline()))
+    runs = [simulate(Case(model, end=0.05, start="zero", tolerance=1e-9, options={"backend": each})) for each in ("vm", "c")]
+    assert np.abs(runs[0].states - runs[1].states).max() < 1e-12 * np.abs(runs[0].states).max()

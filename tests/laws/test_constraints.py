@@ -216,7 +216,8 @@ def test_constraints_that_say_the_same_share_their_torque():
     sizes = {"S": 0.5, "R": 2.0, "C": 0.5}
     twins = [PlanetarySet("p", *"SRC", teeth_sun=1, teeth_ring=2), PlanetarySet("q", *"SRC", teeth_sun=2, teeth_ring=4)]
     parts = [Inertia(name, inertia=value) for name, value in sizes.items()]
-    run = simulate(Case(Driveline("twins", elements=[*parts, *twins, HarmonicTorque("d", "S", mean=10.0)]), end=0.5, start="zero"))
+    line = Driveline("twins", elements=[*parts, *twins, HarmonicTorque("d", "S", mean=10.0)])
+    run = simulate(Case(line, end=0.5, start="zero"))
     for flange, torque in (("sun", -5 / 11), ("ring", -10 / 11), ("carrier", 15 / 11)):
         assert [run[f"{name}.torque_{flange}"][-1] for name in "pq"] == pytest.approx([torque, torque])
     ends = {"g1": "ab", "g2": "bd", "g3": "ac", "g4": "cd"}

@@ -129,5 +129,5 @@ def _value(line: Driveline, name: str, text: str) -> Any:
     old = line.parameters[name.partition("[")[0]]
     if isinstance(old.value, tuple) and "[" not in name:
         what = f"is a series of {len(old.value)} numbers"
-        raise CaseError(f"--set {name}", what, f"change a row of it, such as {name}[1], or all in the model file")
+        raise CaseError(f"--set {name}", what, f"change it in the model file, or a row of it, such as {name}[1]")
     return read_quantity(text, old.unit, f"--set {name}")

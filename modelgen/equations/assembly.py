@@ -72,7 +72,7 @@ def assemble(line: Driveline) -> Equations:
         return nodes.nodes[node].over(mean.ratios)
 
     for name in (line.reference, *(base.shaft for base in line.bases.values()), *line.speeds):
-        if name is not None:
+        if name is not None and name in line.names:
             _check_one_speed(line, name, node_of, nodes, mean, exact)
     clocks, clocks_of_parts, still = assign_clocks(line, parts, node_of, ratio, table.values)
     instances, states = _instances(parts, coordinates, clocks_of_parts)
@@ -134,8 +134,8 @@ def _check_one_speed(
     line: Driveline, name: str, node_of: Mapping[str, int], nodes: Nodes, mean: MeanRotation, exact: Exact
 ) -> None:
     """Raises ModelError for an element named as a shaft whose flanges turn at different speeds."""
-    flanges = list(line[name.partition(".")[0]].declared(Flange))
-    if "." in name or len(flanges) < 2:
+    flanges = list(line[name].declared(Flange))
+    if len(flanges) < 2:
         return
     found = [float(exact(nodes.nodes[node_of[f"{name}.{flange}"]].over(mean.ratios))) for flange in flanges]
     if max(found) - min(found) > 1e-9 * max(map(abs, found)):

@@ -25,7 +25,7 @@ from modelgen.solvers.coordinates import ScaledProblem, symbols_for
 from modelgen.solvers.diagnosis import chatter, explain
 from modelgen.solvers.outcome import Ending, Outcome
 from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Statistics, Trajectory, Vector
-from modelgen.solvers.smallest_step import time_since_start
+from modelgen.solvers.smallest_step import time_of_start
 from modelgen.solvers.time_breaks import time_breaks
 from modelgen.solvers.watch import Watch
 
@@ -54,6 +54,7 @@ class Plugin:
     counts: tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]
     settings: dict[str, Any] = field(default_factory=dict)
     own_steps: bool = False
+    stiff: bool = False
     noisy: bool = False
 
 
@@ -144,6 +145,7 @@ class _Run:
         self.problem, self.options, self.plugin = problem, options, plugin
         self.scaled = ScaledProblem(problem)
         self.t, self.y = problem.t0, np.zeros(self.scaled.size)
+        self.start = time_of_start(self.scaled) if plugin.stiff else problem.horizon
         self.values = np.zeros((problem.times.size, self.scaled.size))
         self.done = int(problem.times[0] == problem.t0)  # outputs reached; the start itself is zero
         self.reach = problem.horizon / 64
@@ -158,7 +160,8 @@ class _Run:
     @property
     def floor(self) -> float:
         """The smallest step [s]: a share of the time since the start, in steps of 16, so that few integrators are built."""
-        share = 16.0 ** math.floor(math.log(time_since_start(self.problem, self.t) / self.problem.horizon, 16))
+        since = max(self.t - self.problem.t0, self.start)
+        share = 16.0 ** math.floor(math.log(since / self.problem.horizon, 16))
         return max(self.options.budget.smallest_step * share * self.problem.horizon, 64 * math.ulp(max(abs(self.t), 1e-300)))
 
     def run(self) -> Trajectory:

@@ -24,7 +24,7 @@ from modelgen.solvers.guards import BoundGuards
 from modelgen.solvers.method import BoundStep, Method
 from modelgen.solvers.outcome import Ending, Outcome, StopRunError
 from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Statistics, Trajectory
-from modelgen.solvers.smallest_step import smallest_step
+from modelgen.solvers.smallest_step import smallest_step, time_of_start
 from modelgen.solvers.time_breaks import time_breaks
 from modelgen.solvers.watch import Watch
 
@@ -54,6 +54,7 @@ class _March:
         budget = options.budget
         self.ceiling = options.largest_step or math.inf
         self.limit = budget.bound**2
+        self.start = time_of_start(self.scaled) if method.floor_outcome is Outcome.NEWTON_FAILED else None
         self.steps = self.tried = self.rejected = self.evaluations = 0
         self.smallest, self.largest = math.inf, 0.0
         self.next_check = SOON
@@ -61,8 +62,7 @@ class _March:
     @property
     def floor(self) -> float:
         """The smallest step [s] where the run stands."""
-        stiff = self.method.floor_outcome is Outcome.NEWTON_FAILED
-        return smallest_step(self.scaled.problem, self.options.budget.smallest_step, self.t, stiff)
+        return smallest_step(self.scaled, self.options.budget.smallest_step, self.t, self.start)
 
     def bound_step(self) -> tuple[BoundStep, BoundGuards | None]:
         """A step bound to the state of the run, with the guards over it."""

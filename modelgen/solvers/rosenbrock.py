@@ -8,7 +8,7 @@ from __future__ import annotations
 from modelgen.solvers.chunks import RUNGE_KUTTA_COUNTS, Plugin, integrate_in_chunks
 from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Trajectory
 
-PLUGIN = Plugin("rosenbrock", 12, RUNGE_KUTTA_COUNTS, own_steps=True)
+PLUGIN = Plugin("rosenbrock", 12, RUNGE_KUTTA_COUNTS, own_steps=True, stiff=True)
 
 
 def solve_rosenbrock(problem: InitialValueProblem, options: SolverOptions) -> Trajectory:

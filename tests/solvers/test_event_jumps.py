@@ -166,7 +166,7 @@ def test_a_section_that_a_torque_jumps_over_is_noted() -> None:
         assert run.events.times == pytest.approx([0.5], abs=1e-14)
 
 
-class Clutch(Element):
+class TornClutch(Element):
     """Dry friction between two nodes, which sticks without slip."""
 
     a, b = Flange(), Flange()
@@ -218,7 +218,7 @@ class Clutch(Element):
 def test_of_clutches_in_a_row_those_slip_that_must(
     torques: tuple[float, ...], speeds: tuple[float, ...], turned: bool, sign: int
 ) -> None:
-    clutches = [Clutch(f"c{n}", f"d{n}", f"d{n + 1}", sliding=torques[2 * n], holding=torques[2 * n + 1]) for n in (0, 1)]
+    clutches = [TornClutch(f"c{n}", f"d{n}", f"d{n + 1}", sliding=torques[2 * n], holding=torques[2 * n + 1]) for n in (0, 1)]
     push = SteppedTorque("push", "d0", after=12.0 * sign, at=0.5)
     disks = [Inertia(f"d{n}", inertia=1.0) for n in range(3)]
     line = Driveline("row", elements=[*disks, *clutches[:: -1 if turned else 1], push])
@@ -232,7 +232,7 @@ def test_of_clutches_in_a_row_those_slip_that_must(
 @pytest.mark.parametrize("turned", [False, True])
 def test_a_held_speed_stays_held_beside_any_inertia(inertia: float, turned: bool) -> None:
     disks = [Inertia("m", inertia=1.0), Inertia("n", inertia=inertia)][:: -1 if turned else 1]
-    clutch = Clutch("clutch", "m", "n", sliding=1e4, holding=1e4)
+    clutch = TornClutch("clutch", "m", "n", sliding=1e4, holding=1e4)
     loads = [HarmonicTorque("push", "n", mean=7.3), GroundSpring("spring", "m", stiffness=1000.0)]
     for run in both(Case(Driveline("held", elements=[*disks, clutch, *loads]), start="zero", end=1.0, samples=101)):
         assert np.abs(run["clutch.slip"]).max() < 1e-14

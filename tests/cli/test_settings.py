@@ -110,7 +110,7 @@ def test_set_takes_what_change_takes(line: Driveline) -> None:
     [
         ("drive_cosine[3]=1 N*m", r"has no row drive_cosine\[3\]; 'drive_cosine' has 2 rows; rows count from 1"),
         ("drive_mean[1]=1 N*m", r"has no row drive_mean\[1\]; 'drive_mean' has 0 rows"),
-        ("drive_cosine=1 N*m", r"is a series of 2 numbers; change it in the model file, or a row of it, such as drive_cosine\[1\]"),
+        ("drive_cosine=1 N*m", r"a series of 2 numbers; change it in the model file, or a row of it, such as drive_cosine\[1\]"),
         ("drive.cosine[1]=1 N*m", r"cosine is the driveline's parameter 'drive_cosine'; change drive_cosine\[1\]"),
         ("load.cosine[1]=1 N*m", r"has no row 'cosine\[1\]'; 'cosine' has 0 rows"),
         ("mesh.mesh=rectangular", "stiffness_high is missing"),

@@ -290,7 +290,7 @@ class Equations:
         rows = [
             f"equations of {self.name!r}: {len(self.groups)} degrees of freedom",
             f"  {len(self.states)} states: {angles}",
-            f"  {numbers} parameters in {len(self.parameters)} names, {len(self.derived)} derived",
+            f"  {numbers} parameters in {len(self.parameters)} names, {sum(bool(each.symbols) for each in self.derived)} derived",
             f"  {laws}, {len(self.clocks)} base frequencies, {len(self.outputs)} outputs",
         ]
         return "\n".join(rows)

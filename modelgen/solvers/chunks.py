@@ -46,7 +46,8 @@ class Plugin:
 
     ``rates_per_step``: what a step costs, in evaluations of the right-hand side. ``settings`` are options of its own; ``counts``
     names steps, rejected steps and evaluations in its statistics (several names are added up). ``own_steps``: it takes
-    ``min_step_size`` and ``step_size``. ``stiff``: its smallest step counts from the pace of the start. ``noisy``: it prints what cannot be switched off.
+    ``min_step_size`` and ``step_size``. ``stiff``: its smallest step counts from the pace of the start. ``noisy``: it prints what
+    cannot be switched off.
     """
 
     name: str

@@ -56,6 +56,10 @@ class Commands(click.Group):
             raise Ending(refusal, REFUSED) from None
         except KeyboardInterrupt:
             raise Ending("interrupted; nothing was written", INTERRUPTED) from None
+        except OSError as failure:
+            if failure.filename is None:  # of a stream, not of a path that somebody gave
+                raise
+            raise Ending(f"{str(failure.filename)[:200]!r}: {failure.strerror}; check the path", REFUSED) from None
         except SystemError as failure:
             # A signal that arrives inside a call of CasADi comes out as this, with the signal's own exception behind it.
             if isinstance(failure.__cause__, KeyboardInterrupt):

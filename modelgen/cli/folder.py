@@ -88,7 +88,7 @@ def _is_ours(entry: Path, name: str, written: Collection[str]) -> bool:
 
 def _missing_parents(target: Path) -> list[Path]:
     """Parents that do not exist yet, the innermost first."""
-    return [parent for parent in target.parents if not parent.exists()]
+    return [parent for parent in target.parents if not os.path.exists(parent)]
 
 
 def _take_name(temporary: Path, target: Path) -> None:

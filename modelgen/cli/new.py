@@ -5,6 +5,7 @@ Part of ``cli``; asks ``drivelines.mass_elastic``.
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import click
@@ -67,7 +68,7 @@ def refuse_unless_free(path: Path, replace: bool) -> None:
     """Raises CaseError for a file that exists, unless it may be replaced, and for a folder."""
     from modelgen.errors import CaseError
 
-    if path.is_dir():
+    if os.path.isdir(path):
         raise CaseError(f"file {str(path)!r}", "is a folder", "name a file")
-    if path.exists() and not replace:
+    if os.path.exists(path) and not replace:
         raise CaseError(f"file {str(path)!r}", "exists", "take --replace, or name another file with --out")

@@ -5,6 +5,7 @@ Reading makes the vocabulary of elements known, so this package stands below eve
 
 from __future__ import annotations
 
+import os
 from os import PathLike
 from pathlib import Path
 
@@ -37,6 +38,6 @@ def load(model: str | Path) -> Driveline:
     if str(model) in known:
         return read_model(known[str(model)])
     path = Path(model)
-    if path.suffix != ".toml" and not path.exists():
+    if path.suffix != ".toml" and not os.path.exists(path):
         raise CaseError(f"model {str(model)!r}", "is neither in the catalogue nor a model file", nearest(str(model), known))
     return read_model(path)

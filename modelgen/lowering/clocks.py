@@ -58,7 +58,10 @@ def _values(fixed: Fixed, instance: Instance, time: ca.SX, angles: ca.SX, harmon
     for name in template.clocks:
         index = instance.clocks.get(name)
         values += [ca.SX(0), ca.SX(0)] if index is None else [angles[index], fixed.frequencies[index]]
-    values += [harmonics[instance.clocks[h.clock], h.order, h.wave] for h in template.harmonics]
+    for h in template.harmonics:
+        index = instance.clocks.get(h.clock)
+        # A clock that stands still is at the angle zero; nothing varies with it (``equations.clocks``).
+        values.append(ca.SX(h.wave == "cos") if index is None else harmonics[index, h.order, h.wave])
     return ca.vertcat(*values)
 
 
@@ -67,7 +70,8 @@ def _harmonics(fixed: Fixed, angles: ca.SX) -> Harmonics:
     wanted: dict[int, set[int]] = {}
     for instance in fixed.equations.instances:
         for h in fixed.equations.templates[instance.template].harmonics:
-            wanted.setdefault(instance.clocks[h.clock], set()).add(h.order)
+            if h.clock in instance.clocks:
+                wanted.setdefault(instance.clocks[h.clock], set()).add(h.order)
     found: Harmonics = {}
     for clock, orders in wanted.items():
         known = {1: (ca.sin(angles[clock]), ca.cos(angles[clock]))}

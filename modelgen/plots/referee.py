@@ -43,6 +43,7 @@ def plot_referee(result: RefereeResult, /, *, channels: tuple[str, ...] | None =
     figure = sheet(result.model, "against an independent multibody engine", detail, height=3.6 * len(names) + 5.2)
     grid = figure.subplots(len(names) + 1, 1, height_ratios=[1.0] * len(names) + [1.5])
     kept = result.times >= result.times[-1] - last
+    kept[-2:] = True  # a line needs two samples, however few there are
     for axes, name in zip(grid, names, strict=False):
         _overlay(axes, result, name, kept)
     grid[len(names) - 1].set_xlabel("time $t$ [s]")

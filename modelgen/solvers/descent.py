@@ -176,7 +176,10 @@ def _descended(rest: Rest, size: float) -> Array:
             if np.abs(now).max() <= 1e-13 * size:
                 break
             stiffness = rest.stiffness(u)
-            direction = np.linalg.solve((stiffness + stiffness.T) / 2 + spring, now)
+            try:
+                direction = np.linalg.solve((stiffness + stiffness.T) / 2 + spring, now)
+            except np.linalg.LinAlgError:
+                break  # a stiffness so small that nothing of it is left beside the inertias
             step = _along(force, u, direction)
             u = u + step * direction
             if step * np.abs(direction).max() <= 1e-16 * np.abs(u).max():
@@ -232,6 +235,8 @@ def _raised(rest: Rest, size: float) -> Array:
                 break
             stiffness = rest.stiffness(u)
             slow = np.linalg.solve(factor, np.linalg.solve(factor, (stiffness + stiffness.T) / 2).T)
+            if not np.all(np.isfinite(slow)):
+                return u
             squares = np.linalg.eigvalsh(slow)
             least = max(-2.0 * squares[0], 0.0)  # never across a maximum
             ridge = max(least + weight * np.abs(squares).max(), 1e-12 * size / np.diag(inertia).max())

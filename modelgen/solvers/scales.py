@@ -34,10 +34,11 @@ def state_scales(model: Compiled, point: OperatingPoint, start: Array) -> Array:
         lever = np.where(lever > 0, lever, np.abs(c.to_states).max(axis=1))
         force = _reference_torque(model, point, start) / lever
         energy = _vibration_energy(point, start[n : 2 * n])
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(all="ignore"):
             size = np.where(force > 0, force / stiffness, np.sqrt(2 * energy / stiffness))
-        size = np.where(np.isfinite(size) & (size > 0), size, 1.0)
-        rate = size * np.sqrt(np.where(stiffness > 0, stiffness, 1.0) * mobility)
+            size = np.where(np.isfinite(size) & (size > 0), size, 1.0)
+            rate = size * np.sqrt(np.where(stiffness > 0, stiffness, 1.0) * mobility)
+        rate = np.where(np.isfinite(rate) & (rate > 0), rate, 1.0)
         scale[:n], scale[n : 2 * n] = size, rate
         if c.roots:
             # A rigid angle is measured like the largest twist, referred to the reference shaft.

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from modelgen.errors import CaseError
 from modelgen.solvers.equilibrium import Coordinates
 
 Array = NDArray[np.float64]
@@ -38,7 +39,24 @@ class Modes:
 
 
 def natural_modes(mass: Array, stiffness: Array, coordinates: Coordinates) -> Modes:
-    """All undamped modes. ``mass`` and the symmetric part of ``stiffness`` (groups, groups) count."""
+    """All undamped modes. ``mass`` and the symmetric part of ``stiffness`` (groups, groups) count.
+
+    Raises CaseError for inertias and stiffnesses that lie so far apart that double precision holds no modes of them.
+    """
+    try:
+        with np.errstate(all="ignore"):
+            found = _natural_modes(mass, stiffness, coordinates)
+        if np.isfinite(found.squares).all() and np.isfinite(found.shapes).all():
+            return found
+    except np.linalg.LinAlgError:
+        pass
+    inertias = np.diag(coordinates.to_angles.T @ mass @ coordinates.to_angles)
+    what = f"its inertias, from {inertias.min():.3g} to {inertias.max():.3g} kg*m^2, and its stiffnesses lie too far apart"
+    raise CaseError("natural modes", f"{what} for double precision", "check inertias and stiffnesses, and their units")
+
+
+def _natural_modes(mass: Array, stiffness: Array, coordinates: Coordinates) -> Modes:
+    """All undamped modes, or LinAlgError or numbers that are not finite."""
     stiffness = (stiffness + stiffness.T) / 2
     # Rigid rotations, and relative angles that meet no stiffness where the driveline rests, such as a flank inside its backlash.
     to_angles = coordinates.to_angles

@@ -34,3 +34,9 @@ def test_refusals_leave_no_folder(invoke: Any, small: Path, tmp_path: Path) -> N
         assert result.exit_code == 2
         assert told in result.stderr
         assert not out.exists()
+
+
+def test_two_samples_are_drawn(invoke: Any, small: Path, tmp_path: Path) -> None:
+    result = invoke("referee", small, "--end", "0.01 s", "--samples", 2, "--step", "10 us", "--out", tmp_path / "out")
+    assert result.exit_code == 0, result.stderr
+    assert (tmp_path / "out" / "referee.png").stat().st_size > 10_000

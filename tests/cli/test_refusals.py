@@ -127,3 +127,16 @@ def test_a_wrong_usage(invoke: Invoke, arguments: tuple[str, ...]) -> None:
     result = invoke(*arguments)
     assert result.exit_code == 2
     assert "Usage:" in result.stderr
+
+
+@pytest.mark.parametrize("arguments", [("equivalent", "a" * 4000), ("check", "a" * 4000), ("check", "a" * 4000 + ".toml")])
+def test_a_name_that_no_file_can_have(invoke: Invoke, arguments: tuple[str, ...]) -> None:
+    result = invoke(*arguments, *(("--out", "x.toml") if arguments[0] == "equivalent" else ()))
+    assert "File name too long" in result.stderr or "is neither in the catalogue nor a model file" in result.stderr
+
+
+@pytest.mark.parametrize("command", ["equivalent", "modal", "sweep"])
+def test_a_place_that_no_file_can_have(invoke: Invoke, small: Path, command: str) -> None:
+    over = ("--over", "zeta=0.1:0.2:2") if command == "sweep" else ()
+    line = refused(invoke(command, small, "--out", "a" * 4000, *over), 2)
+    assert line.endswith(("File name too long; check the path and its permissions", "File name too long; check the path"))

@@ -460,3 +460,15 @@ def test_two_hundred_inertias_within_three_seconds():
 def test_what_is_printed(model):
     assert str(model).startswith("compiled 'geared': 6 states, ")
     assert model.name == "geared"
+
+
+def test_a_torque_without_waves_needs_no_operating_speed() -> None:
+    def line(cosine: float) -> Driveline:
+        torque = HarmonicTorque("load", "disk", mean=-2.0, cosine=[cosine], orders=[6])
+        return Driveline("still", elements=[Inertia("disk", inertia=1.0), torque], drifts=True)
+
+    model = lower(assemble(line(0.0)))
+    rates = model.rhs(1.7, np.zeros(2), model.parameters.vector({}))
+    assert np.asarray(rates).ravel().tolist() == [0.0, -2.0]
+    with pytest.raises(ModelError, match="base is missing; name a base frequency of the driveline"):
+        assemble(line(3.0))

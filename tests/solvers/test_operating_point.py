@@ -10,6 +10,7 @@ import pytest
 from modelgen import (
     Case,
     Driveline,
+    ElasticStop,
     GearPair,
     GroundDamper,
     HarmonicTorque,
@@ -21,7 +22,7 @@ from modelgen import (
     operating_point,
     simulate,
 )
-from modelgen.errors import BalanceError
+from modelgen.errors import BalanceError, CaseError
 from modelgen.model.files import model_text, parse_model
 from modelgen.solvers.scales import state_scales
 
@@ -158,3 +159,11 @@ def test_balance_does_not_turn_a_load_into_a_drive_unless_it_may() -> None:
     # The other way round, a torque that is given as a drive may become the load.
     brake = line.change("drive", mean=10.0).change("load", mean=1.0).balance("load")
     assert operating_point(lower(assemble(brake))).p[-1] == -10.0
+
+
+def test_inertias_too_far_apart_for_modes() -> None:
+    elements = [Inertia("a", inertia=5e-324), Inertia("b", inertia=1e-3)]
+    stop = ElasticStop("stop", "a", "b", clearance=1e-4, stiffness=100.0)
+    point = operating_point(lower(assemble(Driveline("apart", elements=[*elements, stop], drifts=True))))
+    with pytest.raises(CaseError, match=r"natural modes: its inertias, from .* kg\*m\^2, and its stiffnesses lie too far apart"):
+        point.frequencies()

@@ -207,3 +207,22 @@ def test_unbalanced_torques_at_speed_are_still_refused_from_zero():
     line = Driveline("x", elements=[A, B, shaft("k", "A", "B"), torque("p", "A", 5.0)], speed=1.0, reference="A")
     with pytest.raises(BalanceError, match=r"mean torques leave 5 N[*]m"):
         simulate(Case(line, end=0.1, start="zero"))
+
+
+def test_a_stiffness_of_which_nothing_is_left_beside_the_inertias() -> None:
+    line = Driveline(
+        "denormal",
+        drifts=True,
+        elements=[
+            *(Inertia(name, inertia=inertia) for name, inertia in (("first", 40.0), ("second", 7.5))),
+            HardStop("stop", "first", "second", clearance=4e-4),
+            GroundSpring("spring", "second", stiffness=5e-324),
+            HarmonicTorque("push", "second", mean=750.0),
+        ],
+    )
+    model = lower(assemble(line))
+    with pytest.raises(CaseError, match=r"has no static equilibrium: .* remain, and nothing takes them; start from"):
+        operating_point(model)
+    run = simulate(Case(model, end=1e-3, start="zero"))
+    assert run.outcome is Outcome.SUCCESS
+    assert run["second.speed"][-1] == pytest.approx(750.0 / 7.5 * 1e-3, rel=1e-9)

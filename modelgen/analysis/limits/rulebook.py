@@ -7,6 +7,7 @@ the files in ``rules/`` come with modelgen. A file's name stands for all its rul
 from __future__ import annotations
 
 import functools
+import os
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
@@ -49,7 +50,7 @@ def rules_named(name: str) -> tuple[Rule, ...]:
     ['iacs_m68_continuous', 'iacs_m68_transient']
     """
     path = FOLDER / f"{name}.toml"
-    if path.stem == name and path.is_file():
+    if path.stem == name and os.path.isfile(path):
         return tuple(rules()[each] for each in read_rules(path))
     return (rule(name),)
 

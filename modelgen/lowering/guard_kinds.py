@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from modelgen.lowering.instructions import instructions
 from modelgen.lowering.intervals import FAR, enclosure
 from modelgen.lowering.switching import Switching
 from modelgen.lowering.time_switches import WHOLE_NUMBERS
@@ -94,12 +95,7 @@ def _shapes(function: ca.Function) -> list[int]:
     """Of each row of a function (t, x, v, p): how it depends on time and state."""
     work: dict[int, tuple[int, bool]] = {}  # the shape, and whether the state is in it
     rows = [_FIXED] * int(function.numel_out(0))
-    for index in range(function.n_instructions()):
-        code, source, target = (
-            function.instruction_id(index),
-            function.instruction_input(index),
-            function.instruction_output(index),
-        )
+    for code, source, target, _ in instructions(function):
         if code == ca.OP_CONST:
             work[target[0]] = _FIXED, False
         elif code == ca.OP_INPUT:

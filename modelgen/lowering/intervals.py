@@ -12,6 +12,8 @@ from collections.abc import Callable, Sequence
 
 import casadi as ca
 
+from modelgen.lowering.instructions import instructions
+
 FAR = 1e300  # stands for infinity, which times zero would be no number
 
 Interval = tuple[ca.SX, ca.SX]
@@ -39,14 +41,9 @@ def enclosure(function: ca.Function) -> tuple[ca.Function, tuple[bool, ...]]:
     )
     work: dict[int, Interval | None] = {}
     ends: list[Interval | None] = [(ca.SX(0), ca.SX(0))] * rows
-    for index in range(function.n_instructions()):
-        code, source, target = (
-            function.instruction_id(index),
-            function.instruction_input(index),
-            function.instruction_output(index),
-        )
+    for code, source, target, number in instructions(function):
         if code == ca.OP_CONST:
-            number = ca.SX(function.instruction_constant(index))
+            number = ca.SX(number)
             work[target[0]] = number, number
         elif code == ca.OP_INPUT:
             work[target[0]] = inputs[source[0]](source[1])

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from modelgen.lowering.instructions import instructions
+
 ZERO_OF_DIFFERENCE = frozenset({ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_FMIN, ca.OP_FMAX})
 ZERO_OF_FIRST = frozenset({ca.OP_FABS, ca.OP_SIGN})
 WHOLE_NUMBERS = frozenset({ca.OP_FLOOR, ca.OP_CEIL})
@@ -69,14 +71,9 @@ def _surfaces(function: ca.Function, t: ca.SX, p: ca.SX) -> Iterator[tuple[ca.SX
     With it its degree in time between the switches before it: 0, 1, or 2 for anything else.
     """
     work: dict[int, tuple[ca.SX, int] | None] = {}  # what a register holds, and its degree, unless it depends on the state
-    for index in range(function.n_instructions()):
-        code, source, target = (
-            function.instruction_id(index),
-            function.instruction_input(index),
-            function.instruction_output(index),
-        )
+    for code, source, target, number in instructions(function):
         if code == ca.OP_CONST:
-            work[target[0]] = ca.SX(function.instruction_constant(index)), 0
+            work[target[0]] = ca.SX(number), 0
         elif code == ca.OP_INPUT:
             work[target[0]] = {0: (t, 1), 2: (p[source[1]], 0) if p.numel() else None}.get(source[0])
         elif code != ca.OP_OUTPUT:

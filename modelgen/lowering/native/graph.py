@@ -14,6 +14,7 @@ from typing import NamedTuple
 import casadi as ca
 
 from modelgen.errors import LoweringError
+from modelgen.lowering.instructions import instructions
 from modelgen.lowering.native.operations import COMMUTATIVE, OPERATIONS
 
 INPUTS = {3: ("t", "x", "p"), 4: ("t", "x", "v", "p")}  # v: the rates of the state, where a function is told them
@@ -62,14 +63,9 @@ class Graph:
         graph, inputs = cls(), INPUTS[function.n_in()]
         work: dict[int, int] = {}
         graph.outputs = [graph.constant(0.0)] * int(function.numel_out(0))
-        for index in range(function.n_instructions()):
-            code, source, target = (
-                function.instruction_id(index),
-                function.instruction_input(index),
-                function.instruction_output(index),
-            )
+        for code, source, target, number in instructions(function):
             if code == ca.OP_CONST:
-                work[target[0]] = graph.constant(function.instruction_constant(index))
+                work[target[0]] = graph.constant(number)
             elif code == ca.OP_INPUT:
                 work[target[0]] = graph.input(inputs[source[0]], source[1])
             elif code == ca.OP_OUTPUT:

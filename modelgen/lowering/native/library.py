@@ -18,7 +18,7 @@ import casadi as ca
 import numpy as np
 
 from modelgen.errors import LoweringError
-from modelgen.lowering import tableau
+from modelgen.lowering import instructions, tableau
 from modelgen.lowering.native.cache import library_for
 from modelgen.lowering.native.compiler import NoCompilerError, find_compiler
 from modelgen.lowering.native.functions import kinds_of, observer_functions, stage_functions
@@ -211,5 +211,5 @@ def _built(functions: tuple[ca.Function, ...], kind: tuple[object, ...], text_of
 def _generator() -> bytes:
     """The files that decide what is printed."""
     tableaus = sorted(path for path in FOLDER.glob("*.toml"))
-    paths = [*(_HERE / name for name in _GENERATOR), Path(tableau.__file__), *tableaus]
+    paths = [*(_HERE / name for name in _GENERATOR), Path(tableau.__file__), Path(instructions.__file__), *tableaus]
     return b"\0".join(path.read_bytes() for path in paths)

@@ -32,9 +32,9 @@ def plot_referee(result: RefereeResult, /, *, channels: tuple[str, ...] | None =
             raise CaseError(where, f"has no channel {name!r}", nearest(name, result.difference))
     worst = sorted(result.difference, key=lambda name: -result.difference[name])
     forces = [name for name in worst if name.endswith(".force")]
-    largest = sorted(result.ours, key=lambda name: -float(np.ptp(result.ours[name])))
+    largest = sorted(result.difference, key=lambda name: -float(np.ptp(result.ours[name])))
     motions = [name for kind in (".twist", ".angle_deviation") for name in [n for n in largest if n.endswith(kind)][:1]]
-    names = list(channels or [*forces[: SHOWN - len(motions)], *motions])[:SHOWN]
+    names = list(channels or [*forces[: SHOWN - len(motions)], *motions] or worst)[:SHOWN]
     span = f"the last {last:g} s of {result.times[-1]:g} s" if result.times[-1] > last else f"all {result.times[-1]:g} s"
     detail = (
         f"Blue: modelgen; dashed: {result.engine}, fixed steps of {number(result.step)} s; shown: {span}. Differences: "

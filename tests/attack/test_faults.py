@@ -21,7 +21,7 @@ from modelgen.solvers.registry import SOLVERS, solve
 
 from .conftest import Within
 
-BUDGET = 3.0  # [s]
+BUDGET = 1.5  # [s]
 LEEWAY = 12.0  # [s]; what a compiler may take on a machine that does other things too
 
 Rates = Callable[[Any, Any], Sequence[Any]]

@@ -40,3 +40,13 @@ def test_two_samples_are_drawn(invoke: Any, small: Path, tmp_path: Path) -> None
     result = invoke("referee", small, "--end", "0.01 s", "--samples", 2, "--step", "10 us", "--out", tmp_path / "out")
     assert result.exit_code == 0, result.stderr
     assert (tmp_path / "out" / "referee.png").stat().st_size > 10_000
+
+
+def test_what_does_not_vary_is_not_compared(invoke: Any, tmp_path: Path) -> None:
+    path = tmp_path / "still.toml"
+    disk = '[elements.disk]\nkind = "inertia"\ninertia = "1 kg*m^2"\n'
+    path.write_text(f'format = 1\nname = "still"\n[operation]\nspeed = "100 rpm"\nreference = "disk"\n{disk}', encoding="utf-8")
+    result = invoke("referee", path, "--end", "0.01 s", "--out", tmp_path / "out")
+    assert result.exit_code == 2
+    assert "has no channel that varies in this run: there is nothing to compare" in result.stderr
+    assert not (tmp_path / "out").exists()

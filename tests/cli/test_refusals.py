@@ -140,3 +140,10 @@ def test_a_place_that_no_file_can_have(invoke: Invoke, small: Path, command: str
     over = ("--over", "zeta=0.1:0.2:2") if command == "sweep" else ()
     line = refused(invoke(command, small, "--out", "a" * 4000, *over), 2)
     assert line.endswith(("File name too long; check the path and its permissions", "File name too long; check the path"))
+
+
+def test_exponents_over_less_than_one_cycle(invoke: Invoke, small: Path, tmp_path: Path) -> None:
+    short = ("--revolutions", 1, "--transient", 0, "--tolerance", "1e-4", "--set", "zeta=0.1")
+    result = invoke("lyapunov", small, "--out", tmp_path / "out", *short)
+    assert result.exit_code in (0, 1), result.stderr
+    assert "nan" not in result.stdout

@@ -118,6 +118,9 @@ def referee(
         if swing > 0:
             difference[name] = float(np.abs(one - other).max() / swing)
             peaks[name] = float(np.ptp(other) / np.ptp(one) - 1)
+    if not difference:
+        what = "has no channel that varies in this run: there is nothing to compare"
+        raise CaseError(f"driveline {line.name!r}", what, "give it an excitation, another start, or more samples")
     return RefereeResult(
         model=line.name,
         times=solution.times,

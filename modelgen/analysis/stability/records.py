@@ -52,8 +52,9 @@ class Record:
         order = np.argsort(-means, kind="stable")
         if vibration.autonomous and len(order) > 1 and np.argmin(np.abs(means)) == order[0]:
             order = order[1:]
-        whole = len(self.logs) // self.cycle
-        return np.asarray(self.logs[: whole * self.cycle, order[0]].reshape(whole, self.cycle).mean(axis=1))
+        cycle = min(self.cycle, len(self.logs))  # a record shorter than one cycle counts as one
+        whole = len(self.logs) // cycle
+        return np.asarray(self.logs[: whole * cycle, order[0]].reshape(whole, cycle).mean(axis=1))
 
 
 @dataclass(frozen=True, eq=False)

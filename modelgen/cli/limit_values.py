@@ -60,7 +60,7 @@ def speed_ratio(model: Compiled, rated: float | None) -> float | None:
     """Operating speed per maximum continuous speed ``rated`` [rad/s], by default the operating speed; None without a speed."""
     if model.equations.speed is None:
         return None
-    own = model.parameters.value(model.parameters.vector(), "speed")
+    own = model.parameters.value(model.parameters.unbalanced(), "speed")
     return own / (rated or own)
 
 
@@ -127,7 +127,7 @@ def separation_values(
     """
     if model.equations.speed is None:
         return {}
-    own = model.parameters.value(model.parameters.vector(), "speed")
+    own = model.parameters.value(model.parameters.unbalanced(), "speed")
     low, high = operating or (own, own)
     lines = order_lines(model, (low + high) / 2, None)
     largest = max((line.torque for line in lines), default=0.0)

@@ -22,7 +22,7 @@ Examples:
   modelgen map fracturing-truck-idle --out out/map --first speed "900 rpm" "1950 rpm" --second firing_mean "20 N*m" "600 N*m"
 
 \b
-Ends with 0 when done, 1 if a cell could not be run, 2 if it was refused, 130 after Ctrl-C.
+Ends with 0 when done, 1 if a cell could not be run, 2 if it was refused. After Ctrl-C, 130: the cells that are done are kept.
 """
 AXIS = "and its range, units allowed."
 
@@ -62,17 +62,25 @@ def operating_map(
         progress.stage(f"read {model}")
         from modelgen.analysis import operating_map as map_of
         from modelgen.cli.bifurcation_case import stepped, strobed_case
+        from modelgen.errors import Interrupted
         from modelgen.units import read_quantity
 
         bound = read_quantity(limit, "rad", "--limit") if limit is not None else None
         case = strobed_case(model, assignments, speed, None, tolerance)
         across, up = stepped(case.model, first, columns, "--first"), stepped(case.model, second, rows, "--second")
         progress.stage(f"run {columns * rows} cells", measured=True)
-        result = map_of(case, across, up, revolutions=revolutions, progress=progress.fraction)
+        try:
+            result = map_of(case, across, up, revolutions=revolutions, progress=progress.fraction)
+        except Interrupted as stopped:
+            result = stopped.result
         progress.stage("write table and figure")
         _write(result, bound, folder)
     click.echo(str(result))
     click.echo(f"table, figure and map.json: {out}")
+    if result.missing:
+        from modelgen.cli.ending import INTERRUPTED, Ending
+
+        raise Ending(f"interrupted; {result.missing} cells were not run, the others are kept in {out}", INTERRUPTED)
     if result.failures:
         from modelgen.cli.ending import FAILED, Ending
 

@@ -101,7 +101,7 @@ def _mesh_readings(line: Driveline, parameter: str) -> tuple[Compiled, dict[str,
     ratio = str(common_ratio(line, "gear_pair"))
 
     def follower(model: Compiled) -> Also:
-        return lambda value: {ratio: float(model.parameters.value(model.parameters.vector({parameter: value}), ratio))}
+        return lambda value: {ratio: float(model.parameters.value(model.parameters.unbalanced({parameter: value}), ratio))}
 
     return compiled["fixed"], {name: follower(model) for name, model in compiled.items()}
 

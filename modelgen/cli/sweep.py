@@ -133,7 +133,7 @@ def _values(model: Compiled, name: str, text: str, sampling: str) -> tuple[str, 
     where = f"--over {name}"
     known = model.parameters.parameters.get(name.partition("[")[0])
     if known is None:
-        model.parameters.vector({name: 1.0})  # its refusal names the nearest
+        model.parameters.unbalanced({name: 1.0})  # its refusal names the nearest
     unit = "1" if known is None else known.unit
     parts = [part.strip() for part in re.split("[:,]", text)]
     last = UNITED.fullmatch(text.strip())

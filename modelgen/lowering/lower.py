@@ -13,6 +13,7 @@ import casadi as ca
 
 from modelgen.equations.records import Equations
 from modelgen.errors import refuse_unless
+from modelgen.lowering.balance import LoadBalance
 from modelgen.lowering.clocks import _multiple as _multiple
 from modelgen.lowering.clocks import clocks_of
 from modelgen.lowering.compiled import Compiled
@@ -40,6 +41,9 @@ def lower(equations: Equations) -> Compiled:
     program = program_of(fixed, clocks, x, motion)
     y = ca.vertcat(*program.outputs.values())
     ode, y = ca.cse(program.ode), ca.cse(program.finish(y))
+    means = mean_model(fixed, clocks, x)
+    if equations.balanced:
+        fixed.parameters.balance = LoadBalance(equations, means, fixed.parameters.slices)
     return Compiled(
         equations=equations,
         parameters=fixed.parameters,
@@ -47,6 +51,6 @@ def lower(equations: Equations) -> Compiled:
         states=tuple(state.name for state in equations.states),
         outputs=tuple(program.outputs),
         units=tuple(output.unit for output in equations.outputs),
-        mean_model=mean_model(fixed, clocks, x),
+        mean_model=means,
         switching_parts=lambda: switching_parts(fixed, clocks, x, motion),
     )

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import copy
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -51,6 +51,7 @@ class ParameterTable:
         self._deciding = [row for row, symbol in enumerate(self.symbols) if symbol in deciding]
         self._kept: set[bytes] = set()
         self.given: Mapping[str, Any] = {}
+        self.balance: Callable[[np.ndarray, Collection[str]], None] | None = None
 
     def with_values(self, values: Values) -> ParameterTable:
         """The table with other values of its own; ``given`` holds them. Raises what ``vector`` raises for a name or a value."""
@@ -93,9 +94,17 @@ class ParameterTable:
     def vector(self, values: Values | None = None) -> np.ndarray:
         """The vector p for the model's own values with some changed by name; SI numbers or texts with units.
 
-        Loads that ``Driveline.balance`` scales stand here unbalanced, as they were given: ``operating_point(model).p`` is the
-        vector in balance. Raises NamingError for an unknown name, ModelError or UnitError for an unlawful value.
+        Loads that ``Driveline.balance`` names stand in it scaled, but for those whose scale is among the values. Raises
+        NamingError for an unknown name, ModelError or UnitError for an unlawful value, BalanceError where the loads cannot
+        balance the mean torques.
         """
+        p = self.unbalanced(values)
+        if self.balance is not None:
+            self.balance(p, {*self.given, *(values or ())})
+        return p
+
+    def unbalanced(self, values: Values | None = None) -> np.ndarray:
+        """The vector p with the loads as they were given; raises what ``vector`` raises, but no BalanceError."""
         p = np.zeros(self.size)
         for name, parameter in self.parameters.items():
             p[self.slices[name]] = parameter.values

@@ -171,7 +171,7 @@ def _check_held(fixed: Fixed, clocks: Clocks, x: ca.SX, flags: list[ca.SX], held
         return
     arguments = [clocks.time, x, fixed.parameters.vector_symbol, ca.vertcat(*flags)]
     start = [state.start for state in fixed.equations.states]
-    rows = ca.Function("held", arguments, [held])(0.0, start, fixed.parameters.vector(), values).full()
+    rows = ca.Function("held", arguments, [held])(0.0, start, fixed.parameters.unbalanced(), values).full()
     sizes = np.sqrt(np.abs(np.diag(rows)))
     if not np.all(sizes > 0) or np.linalg.matrix_rank(rows / np.outer(sizes, sizes), tol=1e-10) < len(names):
         what = f"speeds held by {', '.join(names)} depend on each other, so no torque follows for each"

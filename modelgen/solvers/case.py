@@ -166,7 +166,7 @@ class Case:
         """SHA-256 of the case and of the model's own parameter values; equal digests mean equal runs."""
         data = self.data()
         if self.model is not None:
-            data["values"] = [value.hex() for value in self.model.parameters.vector(self.parameters).tolist()]
+            data["values"] = [value.hex() for value in self.model.parameters.unbalanced(self.parameters).tolist()]
         return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
 
     def __str__(self) -> str:

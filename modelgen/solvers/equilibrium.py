@@ -11,10 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.lowering import Compiled
-from modelgen.solvers.sampled_turn import sampled_turn
 
 Array = NDArray[np.float64]
-SAMPLES = 2048  # of one turn of each clock: exact for Fourier rows below this order
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,13 +66,3 @@ def linear_model(model: Compiled, p: Array, mean: Array, angle: Array, own: Arra
     """M, C, K over group angles, of the mean model at rest at these angles."""
     mass, damping, stiffness = model.mean_model["linear"](angle, np.zeros(len(angle)), own, p, mean)
     return mass.full(), damping.full(), stiffness.full()
-
-
-def mean_values(model: Compiled, p: Array) -> Array:
-    """Means over a period of every quantity that varies with time only: as stated by its element, else by sampling."""
-    stated, explicit = (np.asarray(each).ravel() for each in model.mean_model["means"](p))
-    if explicit.all():
-        return stated
-    rows = np.flatnonzero(explicit == 0)
-    stated[rows] = sampled_turn(model, SAMPLES, tuple(rows.tolist()))(p).mean(axis=1)
-    return stated

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from modelgen.errors import CaseError
 from modelgen.lowering import Compiled
 from modelgen.lowering.parameters import MODAL
+from modelgen.lowering.sampled_turn import mean_values
 from modelgen.solvers.asked_model import asked_model
-from modelgen.solvers.balance import balance
-from modelgen.solvers.equilibrium import Coordinates, linear_model, mean_torque, mean_values, own_start
+from modelgen.solvers.equilibrium import Coordinates, linear_model, mean_torque, own_start
 from modelgen.solvers.static_state import StaticState, remaining_torques, static_state
 from modelgen.solvers.undamped_modes import natural_modes
 
@@ -94,8 +94,7 @@ def operating_point(model: Compiled, values: Mapping[str, Any] | None = None, mu
     model = asked_model(model, "operating_point")
     p = model.parameters.vector(values)
     coordinates = Coordinates.of(model, p)
-    balance(model, p, {*model.parameters.given, *(values or ())}, coordinates)
-    mean = mean_values(model, p)
+    mean = mean_values(model.mean_model, p)
     if len(coordinates.ratio):
         _check_finite(model, *linear_model(model, p, mean, np.zeros(len(coordinates.ratio)), own_start(model)))
     try:

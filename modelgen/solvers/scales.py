@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from modelgen.lowering import Compiled
+from modelgen.lowering.sampled_turn import sampled_turn
 from modelgen.solvers.equilibrium import Array, own_start
 from modelgen.solvers.operating_point import OperatingPoint
-from modelgen.solvers.sampled_turn import sampled_turn
 
 SAMPLES = 256
 
@@ -71,7 +71,7 @@ def _reference_torque(model: Compiled, point: OperatingPoint, start: Array) -> f
     """Largest torque on any group [N*m at the reference shaft] over a turn of the clocks, of the sources and at the start."""
     c, n = point.coordinates, len(model.equations.steps)
     own = np.tile(start[2 * n :, None], SAMPLES)
-    timed, torque = sampled_turn(model, SAMPLES)(point.p), _torques_over_a_turn(model)
+    timed, torque = sampled_turn(model.mean_model["timed"], SAMPLES)(point.p), _torques_over_a_turn(model)
     largest = 0.0
     for angle in (np.zeros(n), c.to_angles @ start[:n]):
         found = torque(np.tile(angle[:, None], SAMPLES), np.zeros((n, SAMPLES)), own, point.p, timed)[0]

@@ -45,6 +45,28 @@ def test_a_diagram_and_a_map_over_a_row_of_a_series(invoke: Invoke, small: Path,
     assert [each["drive_cosine[2] [N*m]"] for each in rows(tmp_path / "map" / "map.csv")] == ["8", "8", "12", "12"]
 
 
+def test_ctrl_c_keeps_what_is_done(invoke: Invoke, small: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from modelgen.cli.progress import Progress
+
+    def press(progress: Progress, done: float) -> None:
+        if done > 0.4:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr("modelgen.cli.progress.Progress.fraction", press)
+    monkeypatch.setattr("modelgen.analysis.nonlinear.bifurcation.BATCH", 1)
+    monkeypatch.setattr("modelgen.analysis.nonlinear.maps.BATCH", 1)
+    options = ("--over", "zeta", "0.1", "0.3", "--count", "3", "--strobes", "16", "--channel", "coupling.twist")
+    result = invoke("bifurcation", small, "--out", tmp_path / "diagram", *options)
+    assert result.exit_code == 130
+    assert "interrupted; 2 columns were not run, the others are kept in" in result.stderr
+    assert [row["zeta [1]"] for row in rows(tmp_path / "diagram" / "columns.csv")] == ["0.1"]
+    axes = ("--first", "speed", "1400 rpm", "1500 rpm", "--second", "zeta", "0.1", "0.2", "--columns", "2", "--rows", "2")
+    result = invoke("map", small, "--out", tmp_path / "map", *axes)
+    assert result.exit_code == 130
+    assert "interrupted; 2 cells were not run, the others are kept in" in result.stderr
+    assert len(rows(tmp_path / "map" / "map.csv")) == 4
+
+
 def test_a_section_with_its_verdict(invoke: Invoke, small: Path, tmp_path: Path) -> None:
     result = invoke("poincare", small, "--out", tmp_path / "out", "--strobes", "16", "--prove")
     assert result.exit_code == 0, result.output

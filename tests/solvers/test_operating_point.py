@@ -23,6 +23,7 @@ from modelgen import (
     simulate,
 )
 from modelgen.errors import BalanceError, CaseError
+from modelgen.lowering.parameters import MODAL
 from modelgen.model.files import model_text, parse_model
 from modelgen.solvers.scales import state_scales
 
@@ -94,6 +95,23 @@ def test_balance_includes_drag_at_the_operating_speed() -> None:
     y = model.evaluate(0.0, point.start, point.p)
     speed = 1200 * np.pi / 30 / 2
     assert y["brake.torque"] - 0.2 * speed == pytest.approx(-200.0, rel=1e-12)
+
+
+def test_every_vector_is_in_balance() -> None:
+    parts = [Inertia("m", inertia=1.0), Inertia("n", inertia=1.0), Shaft("s", "m", "n", stiffness=1.0)]
+    torques = [HarmonicTorque("d", "m", mean=10.0), HarmonicTorque("l", "n", mean=-4.0)]
+    line = Driveline("b", speed=10.0, reference="m", elements=[*parts, *torques])
+    model = lower(assemble(line.balance("l")))
+    rest = [0.0] * 4
+    assert model.evaluate(0.0, rest, model.parameters.vector())["l.torque"] == pytest.approx(-10.0, rel=1e-14)
+    assert model.evaluate(0.0, rest, model.parameters.vector({"d.mean": 7.0}))["l.torque"] == pytest.approx(-7.0, rel=1e-14)
+    assert model.evaluate(0.0, rest, model.parameters.unbalanced())["l.torque"] == -4.0
+    changed = model.with_values({"d.mean": 6.0})
+    assert changed.parameters.vector().tolist() == operating_point(changed).p.tolist()
+    for name in ("fracturing-truck", "fracturing-truck-idle", "two-disk-gear"):
+        catalogued = lower(assemble(load(name)))
+        plain = slice(0, catalogued.parameters.slices[MODAL].start)
+        assert catalogued.parameters.vector()[plain].tolist() == operating_point(catalogued).p[plain].tolist()
 
 
 def test_balance_without_a_mean_is_refused() -> None:

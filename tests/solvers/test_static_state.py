@@ -190,7 +190,8 @@ def test_parts_joined_by_hard_stops_alone_and_laws_without_rest_start_from_zero(
 
 @pytest.mark.slow
 def test_a_law_without_rest_leaves_the_numbers_by_name():
-    assert simulate(Case(Driveline("away", elements=[A, Receding("n", "A", c=1.0)]), end=20.0, start="zero")).outcome is Outcome.DIVERGED
+    away = Driveline("away", elements=[A, Receding("n", "A", c=1.0)])
+    assert simulate(Case(away, end=20.0, start="zero")).outcome is Outcome.DIVERGED
 
 
 def test_a_flank_that_nothing_presses_stays_where_it_is():

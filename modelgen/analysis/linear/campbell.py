@@ -124,7 +124,7 @@ def campbell(
          1006.58 rpm    -16.1%  mode 1 (100.7 Hz), order 6 (firing x 2)
     """
     model = asked_model(model, "campbell")
-    own = operating_speed(model, model.parameters.vector())
+    own = operating_speed(model, model.parameters.unbalanced())
     listed = read_speeds(model, np.linspace(own / 4, 1.5 * own, SAMPLES) if speeds is None else speeds)
     found = (own, own) if operating is None else tuple(read_speeds(model, operating)[[0, -1]].tolist())
     target = (found[0], found[1])

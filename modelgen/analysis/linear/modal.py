@@ -24,9 +24,10 @@ from modelgen.analysis.linear.node_counts import node_counts
 from modelgen.errors import CaseError
 from modelgen.lowering import Compiled
 from modelgen.lowering.mean_turn import averaged_words, turned_elements
+from modelgen.lowering.sampled_turn import mean_values
 from modelgen.solvers.asked_model import asked_model
 from modelgen.solvers.equilibrium import own_start
-from modelgen.solvers.operating_point import OperatingPoint, mean_values, operating_point
+from modelgen.solvers.operating_point import OperatingPoint, operating_point
 
 Array = NDArray[np.float64]
 DENSE = 150  # degrees of freedom up to which all modes cost less than a few
@@ -153,8 +154,8 @@ def modal(
     if count is not None and (isinstance(count, bool) or not isinstance(count, int) or count < 1):
         raise CaseError("modal, count", f"is {count!r}", "give a whole number from 1 up, or leave it out for all modes")
     if count is not None and point is None and size > max(DENSE, 4 * count) and _is_linear(model):
-        p = model.parameters.vector(parameters)
-        mean, angle = mean_values(model, p), np.zeros(size)
+        p = model.parameters.unbalanced(parameters)
+        mean, angle = mean_values(model.mean_model, p), np.zeros(size)
         mass, damping, stiffness = model.mean_model["linear"](angle, np.zeros(size), own_start(model), p, mean)
         modes = lowest_modes(mass, stiffness, _rigid(model, p), count)
         pairs = damped_modes(modes, damping)

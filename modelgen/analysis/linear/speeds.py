@@ -30,7 +30,7 @@ def read_speeds(model: Compiled, speeds: Any) -> Array:
     """
     where = f"driveline {model.name!r}, speeds"
     if speeds is None:
-        return np.array([operating_speed(model, model.parameters.vector())])
+        return np.array([operating_speed(model, model.parameters.unbalanced())])
     listed = [speeds] if isinstance(speeds, (str, float, int)) or not isinstance(speeds, Iterable) else list(speeds)
     try:
         found = np.array([read_quantity(each, "rad/s", where) if isinstance(each, str) else float(each) for each in listed])
@@ -38,7 +38,7 @@ def read_speeds(model: Compiled, speeds: Any) -> Array:
         raise CaseError(where, f"are {speeds!r:.60}", 'give numbers in rad/s or texts such as "1500 rpm"') from None
     if not found.size or not np.all(np.isfinite(found)) or found[0] <= 0 or np.any(np.diff(found) <= 0):
         raise CaseError(where, f"are {speeds!r:.60}", "give positive speeds, the lowest first")
-    operating_speed(model, model.parameters.vector())
+    operating_speed(model, model.parameters.unbalanced())
     return found
 
 

@@ -42,7 +42,8 @@ def base_frequency(solution: Solution, base: str | float | None) -> tuple[str, f
         if base is not None:
             raise CaseError(where, f"is {base!r}, but a loaded solution does not know its model", "give the base frequency in Hz")
         return "", 0.0
-    values = np.asarray(model.mean_model["frequencies"](model.parameters.vector(solution.case.parameters))).ravel() / (2 * np.pi)
+    p = model.parameters.unbalanced(solution.case.parameters)
+    values = np.asarray(model.mean_model["frequencies"](p)).ravel() / (2 * np.pi)
     known = {clock.name: float(value) for clock, value in zip(model.equations.clocks, values, strict=True) if value > 0}
     if base is not None:
         if base not in known:
@@ -56,7 +57,7 @@ def reference_turns(solution: Solution) -> float:
     model = solution.case.model
     if model is None or model.equations.speed is None:
         return 0.0
-    return model.parameters.value(model.parameters.vector(solution.case.parameters), "speed") / (2 * np.pi)
+    return model.parameters.value(model.parameters.unbalanced(solution.case.parameters), "speed") / (2 * np.pi)
 
 
 def shaft_speed(solution: Solution, shaft: str | None, data: Measurement) -> float:
@@ -65,7 +66,7 @@ def shaft_speed(solution: Solution, shaft: str | None, data: Measurement) -> flo
     if model is None or model.equations.speed is None:
         what = "is over an angle, but the solution knows no operating speed"
         raise CaseError(data.source, what, "give the measurement over time, or the driveline a speed")
-    eq, p = model.equations, model.parameters.vector(solution.case.parameters)
+    eq, p = model.equations, model.parameters.unbalanced(solution.case.parameters)
     nodes = {instance.name: next(iter(instance.nodes.values())) for instance in eq.instances if len(instance.nodes) == 1}
     shaft = shaft or eq.reference or eq.groups[0]
     if shaft not in nodes:

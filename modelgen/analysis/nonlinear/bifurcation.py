@@ -10,7 +10,7 @@ Source: S. H. Strogatz, Nonlinear Dynamics and Chaos (1994), ch. 10.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,7 +21,7 @@ from modelgen.analysis.nonlinear.motion import motion_of
 from modelgen.analysis.nonlinear.runs import Also, Setting, compiled_model, parameter_values, setting
 from modelgen.analysis.nonlinear.sections import section_channels
 from modelgen.analysis.nonlinear.strobes import Patience, Strobed, strobed
-from modelgen.errors import CaseError, nearest
+from modelgen.errors import CaseError, Interrupted, nearest
 from modelgen.lowering import Compiled
 from modelgen.solvers.case import STARTS, Case
 from modelgen.solvers.outcome import Outcome
@@ -30,6 +30,7 @@ from modelgen.solvers.start import starting_state
 Array = NDArray[np.float64]
 Start = str | Mapping[str, float]
 DIRECTIONS = ("independent", "forward", "backward", "both")
+BATCH = 64  # independent columns that run together, and are kept together when Ctrl-C comes
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +63,8 @@ class Column:
 class BifurcationResult:
     """Columns over a ``parameter`` (with its ``unit``), rising in value within each branch; ``channels`` with ``units``.
 
-    ``values`` (columns of a branch,); ``still``: how near strobes come back, per scale; ``strobe``: what strobes, in words.
+    ``values`` (columns of a branch,); ``still``: how near strobes come back, per scale; ``strobe``: what strobes, in words;
+    ``missing``: how many columns were not run, because Ctrl-C came.
     """
 
     model: str
@@ -74,6 +76,7 @@ class BifurcationResult:
     columns: tuple[Column, ...]
     strobe: str
     still: float
+    missing: int = 0
 
     @property
     def branches(self) -> tuple[str, ...]:
@@ -113,6 +116,8 @@ class BifurcationResult:
         rest = f"; {unsettled} of {len(self.columns)} columns did not come to stand still" if unsettled else ""
         if failed := self.failed:
             rest += f"; {len(failed)} runs failed, the first at {failed[0].value:.6g} {self.unit}: {failed[0].failure}"
+        if self.missing:
+            rest += f"; interrupted: {self.missing} columns were not run"
         return (
             f"bifurcation diagram of {self.model!r} over {self.parameter}: {len(self.values)} values from {self.values[0]:.6g} "
             f"to {self.values[-1]:.6g} {self.unit}, {len(self.branches)} branches, {found}{rest}"
@@ -148,7 +153,8 @@ def bifurcation(
     ``direction``: "independent" (all columns at once, in lanes on all cores), "forward", "backward", or "both" of these.
     ``starts``: several starts for independent columns ("static", "zero", or values of states by name). ``also(value)`` gives
     further parameters that change with it. ``count``, ``transient``, ``still``, ``base`` and ``channels`` as in ``poincare``.
-    Raises CaseError, NamingError, ModelError, BalanceError for what cannot be.
+    Raises CaseError, NamingError, ModelError, BalanceError for what cannot be, and Interrupted with the columns that are done
+    where Ctrl-C comes after the first of them.
     """
     question = "bifurcation"
     model = compiled_model(case, question)
@@ -160,24 +166,43 @@ def bifurcation(
     names, patience = section_channels(model, channels), Patience(count, transient, still)
     settings = [setting(case, **{parameter: value, **(also(value) if also else {})}) for value in listed]
     if direction == "independent":
-        found = _independent(case, settings, listed, starts, patience, base, progress)
+        asked = len(listed) * (1 if starts is None else len(starts))
+        parts = _independent(case, settings, listed, starts, patience, base, progress)
     else:
-        found = _followed(settings, listed, direction, patience, base, progress)
-    columns = tuple(_column(value, branch, each, names) for branch, value, each in found)
+        asked = len(listed) * (2 if direction == "both" else 1)
+        parts = _followed(settings, listed, direction, patience, base, progress)
+    found: Found = []
+    still_within = patience.within(case.tolerance)
+    try:
+        for part in parts:
+            found += part
+    except KeyboardInterrupt:
+        if not found:
+            raise
+        raise Interrupted(_result(model, parameter, names, found, still_within, asked - len(found))) from None
+    return _result(model, parameter, names, found, still_within)
+
+
+Found = list[tuple[str, float, Strobed]]
+
+
+def _result(
+    model: Compiled, parameter: str, names: Sequence[str], found: Found, still: float, missing: int = 0
+) -> BifurcationResult:
+    branches = list(dict.fromkeys(branch for branch, _, _ in found))
+    found = sorted(found, key=lambda each: (branches.index(each[0]), each[1]))
     return BifurcationResult(
         model=model.name,
         parameter=parameter,
         unit=model.parameters.place(parameter)[0].unit,
-        values=np.array(listed),
-        channels=names,
+        values=np.array(sorted({value for _, value, _ in found})),
+        channels=tuple(names),
         units=tuple(model.unit(name) for name in names),
-        columns=columns,
+        columns=tuple(_column(value, branch, each, names) for branch, value, each in found),
         strobe=_strobe_text([each for _, _, each in found]),
-        still=patience.within(case.tolerance),
+        still=still,
+        missing=missing,
     )
-
-
-Found = list[tuple[str, float, Strobed]]
 
 
 def _independent(
@@ -188,16 +213,23 @@ def _independent(
     patience: Patience,
     base: str | None,
     progress: Callable[[float], None] | None,
-) -> Found:
-    if starts is None:
-        found = strobed(settings, patience, base=base, progress=progress)
-        return [("independent", value, each) for value, each in zip(values, found, strict=True)]
-    if not starts:
+) -> Iterator[Found]:
+    """Columns by themselves, some side by side."""
+    if starts is not None and not starts:
         raise CaseError("bifurcation, starts", "are none", "give at least one")
-    every = [_start(case.model, each, start) for start in starts for each in settings]
-    found = strobed(settings * len(starts), patience, starts=every, base=base, progress=progress)
-    branches = [f"start {number}" for number in range(1, len(starts) + 1) for _ in settings]
-    return [(branch, value, each) for branch, value, each in zip(branches, values * len(starts), found, strict=True)]
+    branches = ["independent"] if starts is None else [f"start {number}" for number in range(1, len(starts) + 1)]
+    states = None if starts is None else [_start(case.model, each, start) for start in starts for each in settings]
+    every = [(branch, value, each) for branch in branches for value, each in zip(values, settings, strict=True)]
+    for first in range(0, len(every), BATCH):
+        batch = every[first : first + BATCH]
+        begin = None if states is None else states[first : first + BATCH]
+
+        def share(done: float, first: int = first, size: int = len(batch)) -> None:
+            if progress is not None:
+                progress((first + done * size) / len(every))
+
+        here = strobed([each for _, _, each in batch], patience, starts=begin, base=base, progress=share)
+        yield [(branch, value, each) for (branch, value, _), each in zip(batch, here, strict=True)]
 
 
 def _start(model: Compiled, each: Setting, start: Start) -> Array:
@@ -216,22 +248,19 @@ def _followed(
     patience: Patience,
     base: str | None,
     progress: Callable[[float], None] | None,
-) -> Found:
+) -> Iterator[Found]:
     """Columns one after the other, each from the last state of its neighbor; both directions side by side."""
     last = len(settings) - 1
     orders = {"forward": list(range(last + 1)), "backward": list(range(last, -1, -1))}
     ways = list(orders) if direction == "both" else [direction]
     states: list[Array] | None = None
-    found: dict[tuple[str, int], Strobed] = {}
     for step in range(last + 1):
         here = [orders[way][step] for way in ways]
         done = strobed([settings[k] for k in here], patience, starts=states, base=base)
-        for way, k, each in zip(ways, here, done, strict=True):
-            found[way, k] = each
         states = [each.final for each in done]
         if progress is not None:
             progress((step + 1) / (last + 1))
-    return [(way, value, found[way, k]) for way in ways for k, value in enumerate(values)]
+        yield [(way, values[k], each) for way, k, each in zip(ways, here, done, strict=True)]
 
 
 def _strobe_text(found: list[Strobed]) -> str:

@@ -29,7 +29,7 @@ from modelgen.analysis.nonlinear.runs import (
     setting,
 )
 from modelgen.analysis.time_domain.window import Window, settled_window
-from modelgen.errors import BalanceError, CaseError, ModelError, nearest
+from modelgen.errors import BalanceError, CaseError, Interrupted, ModelError, nearest
 from modelgen.lowering import Compiled
 from modelgen.solvers.case import Case
 from modelgen.solvers.crosscheck import without_line
@@ -51,7 +51,7 @@ class MapResult:
     that number in ``where``. For each of ``meshes``: ``least_force`` [N], ``apart`` and ``back``, shares of time without contact
     and on the back flank. ``repeats``: after so many common periods (1 or 2), 0 where it does not, or the common period is longer
     than the window. ``settled``: the slowest mode had time to decay. ``failures``: sentence by (row, column) of cells that could
-    not be run, whose numbers are nan.
+    not be run, whose numbers are nan; ``missing`` of them because Ctrl-C came.
     """
 
     model: str
@@ -73,6 +73,7 @@ class MapResult:
     failures: dict[tuple[int, int], str]
     revolutions: int
     base: str
+    missing: int = 0
 
     @property
     def largest_angle(self) -> float | None:
@@ -122,7 +123,8 @@ def operating_map(
 
     ``also(value of first)``: further parameters that change with it. ``revolutions`` of the slowest base frequency are measured,
     after the transient, but at most ``longest`` seconds are run. Raises CaseError, NamingError, ModelError for what cannot be;
-    a cell that has no balance or equilibrium is one of the failures, unless all are.
+    a cell that has no balance or equilibrium is one of the failures, unless all are. Raises Interrupted with the cells that
+    are done where Ctrl-C comes after the first of them.
     """
     question = "operating map"
     model = compiled_model(case, question)
@@ -148,14 +150,9 @@ def operating_map(
             measure.failures[row, column] = str(error)
             if len(measure.failures) == len(places):
                 raise
-    done = 0
-    for batch in _batches(list(settings), BATCH):
-        measure.take({place: settings[place] for place in batch})
-        done += len(batch)
-        if progress is not None:
-            progress(done / len(settings))
+    missing = measure.take_all(settings, progress)
     window = next(iter(settings.values()))[1]
-    return MapResult(
+    result = MapResult(
         model=model.name,
         first=name_1,
         first_unit=model.parameters.place(name_1)[0].unit,
@@ -175,7 +172,11 @@ def operating_map(
         failures=measure.failures,
         revolutions=revolutions,
         base=window.base,
+        missing=missing,
     )
+    if missing:
+        raise Interrupted(result)
+    return result
 
 
 def _batches(places: list[tuple[int, int]], size: int) -> Iterator[list[tuple[int, int]]]:
@@ -196,6 +197,27 @@ class _Measure:
         self.repeats = np.zeros(shape, dtype=np.int64)
         self.settled = np.zeros(shape, dtype=np.bool_)
         self.failures: dict[tuple[int, int], str] = {}
+
+    def take_all(
+        self, cells: dict[tuple[int, int], tuple[Setting, Window]], progress: Callable[[float], None] | None
+    ) -> int:
+        """Runs and measures all cells, or as many as are done when Ctrl-C comes; how many were not run."""
+        done = 0
+        try:
+            for batch in _batches(list(cells), BATCH):
+                self.take({place: cells[place] for place in batch})
+                done += len(batch)
+                if progress is not None:
+                    progress(done / len(cells))
+        except KeyboardInterrupt:
+            if not done:
+                raise
+            missing = list(cells)[done:]
+            self.failures.update(dict.fromkeys(missing, "Ctrl-C came before it was run"))
+            for place in missing:
+                self.peak[place] = np.nan
+            return len(missing)
+        return 0
 
     def take(self, cells: dict[tuple[int, int], tuple[Setting, Window]]) -> None:
         """Runs some cells together and measures each."""

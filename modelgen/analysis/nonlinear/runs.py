@@ -65,7 +65,7 @@ def parameter_values(model: Compiled, name: str, values: Sequence[Any], question
     if not listed:
         raise CaseError(where, "there are no values", "give at least one")
     model.parameters.unit_of_number(name, f"{question},")
-    return [model.parameters.value(model.parameters.vector({name: each}), name) for each in listed]
+    return [model.parameters.value(model.parameters.unbalanced({name: each}), name) for each in listed]
 
 
 def options_of(case: Case) -> SolverOptions:

@@ -127,7 +127,7 @@ def _numbers(model: Compiled, name: str, unit: str, given: Any) -> Array:
         raise CaseError(where, f"value {bad[0] + 1} is {numbers[bad[0]]}", "give finite numbers")
     for value in (float(numbers.min()), float(numbers.max())):
         try:
-            model.parameters.vector({name: value})
+            model.parameters.unbalanced({name: value})
         except ModelgenError as error:
             # What goes wrong further down concerns one point, and ends there as its outcome.
             if error.where == f"parameter {name!r}":

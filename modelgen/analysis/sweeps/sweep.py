@@ -112,7 +112,7 @@ def sweep(
 def _refuse_unlawful(case: Case, points: Points) -> None:
     """Raises NamingError, ModelError, UnitError or CaseError for what is wrong with all points alike."""
     own = {name: value for name, value in case.parameters.items() if name not in points.names}
-    case.model.parameters.vector(own)
+    case.model.parameters.unbalanced(own)
     starts = {} if isinstance(case.start, str) else case.start
     for name in starts:
         case.model.state_index(name)

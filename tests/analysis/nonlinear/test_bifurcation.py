@@ -8,7 +8,7 @@ import pytest
 from modelgen.analysis.nonlinear.bifurcation import BifurcationResult, bifurcation
 from modelgen.analysis.nonlinear.frequency_sweep import FrequencySweepResult, frequency_sweep
 from modelgen.elements import Inertia
-from modelgen.errors import CaseError, NamingError
+from modelgen.errors import CaseError, Interrupted, NamingError
 from modelgen.model import Driveline
 from modelgen.solvers import Case
 
@@ -42,6 +42,28 @@ def test_both_branches_of_a_hysteresis(both: BifurcationResult) -> None:
     assert str(both) == (
         "bifurcation diagram of 'oscillator' over speed: 5 values from 0.68 to 0.92 rad/s, 2 branches, periods 1"
     )
+
+
+def test_ctrl_c_keeps_the_columns_that_are_done(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("modelgen.analysis.nonlinear.bifurcation.BATCH", 2)
+
+    def press(done: float) -> None:
+        if done > 0.5:
+            raise KeyboardInterrupt
+
+    values = [0.74, 0.80, 0.95, 1.0, 1.05]
+    with pytest.raises(Interrupted, match="what was computed") as stopped:
+        bifurcation(case, "speed", values, [CHANNEL], count=16, progress=press)
+    kept = stopped.value.result
+    assert [column.value for column in kept.columns] == [0.74, 0.80]
+    assert kept.missing == 3
+    assert str(kept).endswith("; interrupted: 3 columns were not run")
+    with pytest.raises(Interrupted, match="what was computed") as stopped:
+        bifurcation(case, "speed", values[:3], [CHANNEL], direction="backward", count=16, progress=press)
+    assert [column.value for column in stopped.value.result.columns] == [0.95]
+    with pytest.raises(KeyboardInterrupt) as early:
+        bifurcation(case, "speed", values, [CHANNEL], count=16, progress=lambda done: press(1))
+    assert not isinstance(early.value, Interrupted)
 
 
 def test_many_starts_find_what_coexists(case: Case) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from modelgen.analysis.nonlinear.maps import MapResult, operating_map
-from modelgen.errors import CaseError, NamingError
+from modelgen.errors import CaseError, Interrupted, NamingError
 from modelgen.model import NamedParameter
 from modelgen.solvers import Case
 
@@ -70,6 +70,21 @@ def test_a_cell_that_fails_is_no_number(monkeypatch: pytest.MonkeyPatch) -> None
     assert np.isnan(broken.peak_angle).all()
     assert (broken.rattle() == -1).all()
     assert "budget of 20 steps" in broken.failures[0, 0]
+
+
+def test_ctrl_c_keeps_the_cells_that_are_done(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("modelgen.analysis.nonlinear.maps.BATCH", 2)
+
+    def press(done: float) -> None:
+        if done > 0.4:
+            raise KeyboardInterrupt
+
+    with pytest.raises(Interrupted, match="what was computed") as stopped:
+        operating_map(loaded(), ("speed", [1.0, 1.1]), ("load", [0.1, 0.2]), revolutions=2, progress=press)
+    kept = stopped.value.result
+    assert kept.missing == 2
+    assert set(kept.failures.values()) == {"Ctrl-C came before it was run"}
+    assert np.isnan(kept.peak_angle).tolist() == [[False, False], [True, True]]
 
 
 def test_refusals() -> None:

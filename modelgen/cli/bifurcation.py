@@ -133,7 +133,8 @@ def _write(result: BifurcationResult, folder: Path) -> None:
     header = [value, "branch", "period [strobes]", "settled", "residual [scales]", "transient [strobes]", "ending"]
     write_table(folder / "columns.csv", header, [list(each.values()) for each in _columns(result)])
     write_data(folder / "bifurcation.json", bifurcation_data(result))
-    save(plot(result), folder / "bifurcation.png")
+    if len(result.values) > 1:  # Ctrl-C may leave one, which is no diagram
+        save(plot(result), folder / "bifurcation.png")
 
 
 def _columns(result: BifurcationResult) -> list[dict[str, Any]]:

@@ -32,6 +32,7 @@ from modelgen.cli.referee import referee
 from modelgen.cli.reproduce import reproduce
 from modelgen.cli.run import run
 from modelgen.cli.show import show
+from modelgen.cli.solvers import solvers
 from modelgen.cli.sweep import sweep
 from modelgen.cli.transmission_error import transmission_error
 from modelgen.errors import ModelgenError
@@ -83,7 +84,7 @@ COMMANDS = (
     *(lyapunov, orbit, reproduce),
     *(run, modal, campbell, forced, sweep, limits, compare),
     *(crosscheck, referee),
-    *(new, equivalent, generate, check, listing, show, elements),
+    *(new, equivalent, generate, check, listing, show, elements, solvers),
 )
 for command in COMMANDS:
     commands.add_command(command)

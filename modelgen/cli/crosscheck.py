@@ -66,17 +66,15 @@ def crosscheck(
 
 def _plan(solvers: str, tolerances: str | None) -> tuple[tuple[str, ...], Mapping[str, tuple[float, ...]]]:
     """Solvers and the tolerances of each. Raises CaseError for what is not there."""
-    from modelgen.cli.response import CROSSCHECK_TOLERANCES
     from modelgen.errors import CaseError
     from modelgen.solvers.registry import solver_named
 
     names = tuple(name.strip() for name in solvers.split(",") if name.strip())
-    for name in names:
-        solver_named(name)
+    own = {name: solver_named(name).crosscheck_tolerance for name in names}
     if not names:
         raise CaseError("--solvers", "names none", "give some, such as rk4,cvodes")
     if tolerances is None:
-        return names, {name: (100 * CROSSCHECK_TOLERANCES[name], CROSSCHECK_TOLERANCES[name]) for name in names}
+        return names, {name: (100 * tolerance, tolerance) for name, tolerance in own.items()}
     try:
         given = tuple(float(text) for text in tolerances.split(","))
     except ValueError:

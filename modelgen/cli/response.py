@@ -21,6 +21,7 @@ from modelgen.lowering import Compiled, lower
 from modelgen.model import Driveline
 from modelgen.solvers import Budget, Case, OperatingPoint, Solution, operating_point, simulate
 from modelgen.solvers.crosscheck import CrosscheckResult, crosscheck
+from modelgen.solvers.registry import solver_named
 
 SAMPLES_PER_PERIOD = 40  # of the highest natural frequency, or of the fastest base frequency if that is higher
 FEWEST_SAMPLES = 2001
@@ -29,18 +30,6 @@ GIVEN, LOWEST_MODE = "the given window", "the lowest mode"  # what a window coun
 FREE_PERIODS = 20  # of the lowest mode, for a driveline without base frequencies
 CROSSCHECK_HORIZON = 1.0  # s
 CROSSCHECK_SAMPLES = 20_001
-# Tolerances at which each solver's own error is some 1e-7 of the swing on the 16-degree truck.
-CROSSCHECK_TOLERANCES = {
-    "rk4": 1e-6,
-    "dopri5": 1e-7,
-    "verner65": 1e-6,
-    "dop853": 1e-7,
-    "cvodes": 1e-9,
-    "idas": 1e-9,
-    "erk": 1e-8,
-    "rosenbrock": 1e-8,
-    "collocation": 1e-6,
-}
 CHANNELS = (".angle_deviation", ".elastic_angle", ".twist", ".force", ".penetration", ".deflection")
 
 
@@ -160,7 +149,7 @@ def _cross_check(case: Case, window: Window, request: Request, progress: Progres
     others = [name for name in request.crosscheck if name != request.solver]
     if not others:
         return None, ""
-    plan = {request.solver: (request.tolerance,), **{name: (CROSSCHECK_TOLERANCES[name],) for name in others}}
+    plan = {request.solver: (request.tolerance,), **{name: (solver_named(name).crosscheck_tolerance,) for name in others}}
     end = min(window.last, max(CROSSCHECK_HORIZON, window.period))
     done, last = 0, 0.0
 

@@ -1,23 +1,18 @@
 """Explicit Runge-Kutta methods as data: a file of numbers is all that a new method needs.
 
-Part of ``lowering``; read by the virtual machine's step (``solvers.tableau_step``) and by the generator of C. The stages of a
-step from (t, y) to (t + h, y1) are k_0 = y' at the start, k_1 ... k_(s-1), then k_s = y' at the end (a method whose last stage
-is that slope lists it once), then extra stages that only the dense output needs. Source: Hairer, Norsett and Wanner, Solving
-Ordinary Differential Equations I, II.1-II.6. The order conditions that every file must meet are those of ``rooted_trees``.
+Part of ``lowering``; ``methods`` reads the files; the steps of the virtual machine (``solvers.tableau_step``,
+``solvers.doubled_step``) and of C are made from them. The stages of a step from (t, y) to (t + h, y1) are k_0 = y' at the start,
+k_1 ... k_(s-1), then k_s = y' at the end (a method whose last stage is that slope lists it once), then extra stages that only the
+dense output needs. Source: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, II.1-II.6. The order conditions
+that every file must meet are those of ``rooted_trees``.
 """
 
 from __future__ import annotations
 
-import functools
-import tomllib
 from dataclasses import dataclass
 from fractions import Fraction
-from pathlib import Path
-from typing import Any
 
-from modelgen.errors import LoweringError, nearest
-
-FOLDER = Path(__file__).parent / "tableaus"
+from modelgen.errors import LoweringError
 
 Row = tuple[Fraction, ...]
 ZERO, HALF, ONE = Fraction(0), Fraction(1, 2), Fraction(1)
@@ -31,8 +26,11 @@ class Tableau:
     stages 0 ... s-1 with c_0 = 0; y1 = y + h sum b_i k_i. ``errors``: weights over the stages 0 ... s, whose sums h sum e_i k_i
     estimate the error of y1, with ``error_orders`` (a row vanishes up to that order). One row: its largest entry is the error.
     Two rows, of orders p > q: E_p^2 / sqrt(E_p^2 + 0.01 E_q^2) of their largest entries (the authors of the 8th-order method).
+    No row: the method is doubled, a step beside two halves (``doubled``).
     ``dense``: for all stages, the coefficients of theta, theta^2, ... in y(t + theta h) = y + h sum_i P_i(theta) k_i, exact to
     ``dense_order``; stages above s have their nodes and rows in ``extra_c`` and ``extra_a`` (row j over s + 1 + j stages).
+    ``locates_events``: whether the dense output is good enough to locate events on it. ``crosscheck_tolerance``: at which the
+    method's own error is some 1e-7 of the swing of a driveline.
     """
 
     name: str
@@ -47,6 +45,8 @@ class Tableau:
     dense_order: int = 0
     extra_c: Row = ()
     extra_a: tuple[Row, ...] = ()
+    locates_events: bool = False
+    crosscheck_tolerance: float = 1e-8
 
     def __post_init__(self) -> None:
         where, s = f"method {self.name!r}", len(self.b)
@@ -63,6 +63,15 @@ class Tableau:
         for index, (node, row) in enumerate(zip((*self.c, *self.extra_c), (*self.a, *self.extra_a), strict=True)):
             if abs(node - sum(row, ZERO)) > 1e-15:
                 raise LoweringError(where, f"row {index} adds up to {float(sum(row)):.17g}, its node is {float(node):.17g}")
+
+    @property
+    def is_doubled(self) -> bool:
+        """Whether the error is measured by step doubling, for want of one of its own."""
+        return not self.errors
+
+    def correction(self, extrapolate: bool) -> float:
+        """The share of the difference that extrapolation adds to a doubled step, 1/(2^p - 1) (the paper's Eq. 31)."""
+        return 1 / (2**self.order - 1) if self.is_doubled and extrapolate else 0.0
 
     @property
     def stages(self) -> int:
@@ -86,50 +95,6 @@ class Tableau:
         return (*self.a, self.b, *self.extra_a)
 
 
-def read_tableau(name: str) -> Tableau:
-    """The method of a file in ``tableaus``. Raises LoweringError for an unknown name and a file that is out of shape.
-
-    >>> method = read_tableau("rk4")
-    >>> method.order, [str(weight) for weight in method.b]
-    (4, ['1/6', '1/3', '1/3', '1/6'])
-    """
-    known = sorted(path.stem for path in FOLDER.glob("*.toml"))
-    if name not in known:
-        raise LoweringError("method", f"there is none named {name!r}", nearest(str(name), known))
-    return _read(name)
-
-
-@functools.cache
-def _read(name: str) -> Tableau:
-    return tableau_from(tomllib.loads((FOLDER / f"{name}.toml").read_text(encoding="utf-8")))
-
-
-def tableau_from(data: dict[str, Any]) -> Tableau:
-    """A tableau from the tables of a file: numbers are texts, "35/384" or "0.5"."""
-
-    def rows(name: str) -> tuple[Row, ...]:
-        return tuple(_numbers(row) for row in data.get(name, ()))
-
-    return Tableau(
-        name=data["name"],
-        description=data["description"],
-        order=data["order"],
-        c=_numbers(data["c"]),
-        a=rows("a"),
-        b=_numbers(data["b"]),
-        errors=rows("errors"),
-        error_orders=tuple(data.get("error_orders", ())),
-        dense=rows("dense"),
-        dense_order=data.get("dense_order", 0),
-        extra_c=_numbers(data.get("extra_c", ())),
-        extra_a=rows("extra_a"),
-    )
-
-
-def _numbers(texts: Any) -> Row:
-    return tuple(Fraction(text) for text in texts)
-
-
 QUINTIC: tuple[tuple[int, ...], ...] = (
     (1, 0, -23, 66, -68, 24),
     (0, 1, -6, 13, -12, 4),
@@ -148,6 +113,7 @@ def doubled(method: Tableau, extrapolate: bool = True) -> Tableau:
     The stages: k_0; the others of the whole step; those of the first half; the slope in the middle; those of the second half.
     ``extrapolate`` adds Eq. 31's 1/(2^p - 1) of the difference, which raises the order by one. Dense output: Hermite's quintic.
 
+    >>> from modelgen.lowering.methods import read_tableau
     >>> method = doubled(read_tableau("rk4"))
     >>> method.stages, method.order, method.control
     (11, 5, 5)

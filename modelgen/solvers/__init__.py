@@ -1,7 +1,7 @@
 """Time: from one right-hand side and numbers to a trajectory with a named ending.
 
 Stands below ``lowering`` and above ``analysis``. ``problem`` says what a solver sees and gives back, ``outcome`` how a run can
-end, ``registry`` which solvers there are. The product's own (``adaptive_rk4``, paper, Eq. 23-32; ``tableau_step`` for methods
+end, ``registry`` which solvers there are. The product's own (``doubled_step``, paper, Eq. 23-32; ``tableau_step`` for methods
 that are files of numbers) enter by ``explicit`` and share their loop (``march``) with ``collocation``; ``guards``, ``location``
 and ``events`` make it stop where something happens. The same in generated C: ``native`` and ``lanes``. ``cvodes``, ``idas``,
 ``erk`` and ``rosenbrock`` are CasADi's and share ``chunks``.

@@ -28,7 +28,7 @@ from modelgen.solvers.case_values import (
     read_table,
     read_whole,
 )
-from modelgen.solvers.registry import refuse_unused, solver_named, solver_options
+from modelgen.solvers.registry import method_digest, refuse_unused, solver_named, solver_options
 
 STARTS = ("static", "zero")
 
@@ -165,6 +165,8 @@ class Case:
     def digest(self) -> str:
         """SHA-256 of the case and of the model's own parameter values; equal digests mean equal runs."""
         data = self.data()
+        if digest := method_digest(self.solver):
+            data["method"] = digest
         if self.model is not None:
             data["values"] = [value.hex() for value in self.model.parameters.unbalanced(self.parameters).tolist()]
         return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()

@@ -11,6 +11,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
+from fractions import Fraction
 from typing import Any
 
 import casadi as ca
@@ -68,8 +69,8 @@ def radau_step(rate: ca.Function, tolerance: float, extrapolate: bool = True) ->
     element = radau_element(rate, tolerance)
     n = rate.numel_in(1)
 
-    def increment(f: Callable[[Any, Any], Any], times: tuple[Any, Any, Any], h: Any, y: Any, slope: Any, q: Any) -> Any:
-        result = element(x0=ca.DM.zeros(n), p=ca.vertcat(times[0], h, y, q))
+    def increment(f: Callable[[Any, Any], Any], time: Callable[[Fraction], Any], h: Any, y: Any, slope: Any, q: Any) -> Any:
+        result = element(x0=ca.DM.zeros(n), p=ca.vertcat(time(Fraction(0)), h, y, q))
         defect = ca.norm_inf(result["qf"] - ca.repmat(result["xf"], STAGES))
         return ca.if_else(defect <= tolerance, result["xf"], math.nan)  # NaN: the iteration did not converge
 

@@ -10,9 +10,9 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from modelgen.errors import LoweringError
-from modelgen.lowering.tableau import read_tableau
-from modelgen.solvers.adaptive_rk4 import rk4_method
+from modelgen.lowering.methods import read_tableau
 from modelgen.solvers.coordinates import scaled_rate
+from modelgen.solvers.doubled_step import doubled_method
 from modelgen.solvers.march import march
 from modelgen.solvers.native import solve_native
 from modelgen.solvers.outcome import Outcome
@@ -29,9 +29,9 @@ OVERHEAD = 20_000
 def solve_explicit(problem: InitialValueProblem, options: SolverOptions, method: str = "rk4") -> Trajectory:
     """Integrate with error control or fixed steps, by the rule of step sizes and on the backend that the options name.
 
-    ``method``: "rk4" with step doubling, or the name of a tableau with an error estimate. "auto" begins on the virtual machine; a
-    run that does not end within a number of steps set by the size of the model (never by the clock, so that a run gives the same
-    digits every time) begins anew in generated C, where there is a compiler.
+    ``method``: the name of a table, which is doubled where it has no error of its own (as "rk4"). "auto" begins on the virtual
+    machine; a run that does not end within a number of steps set by the size of the model (never by the clock, so that a run
+    gives the same digits every time) begins anew in generated C, where there is a compiler.
     """
     if options.backend == "c":
         return solve_native(problem, options, method)
@@ -71,5 +71,6 @@ def _rising(progress: Callable[[float], None] | None) -> Callable[[float], None]
 def _on_virtual_machine(problem: InitialValueProblem, options: SolverOptions, method: str) -> Trajectory:
     watch = Watch(options)  # building the step counts
     rate = scaled_rate(problem.rhs)
-    made = rk4_method(rate, options.extrapolate) if method == "rk4" else tableau_method(rate, read_tableau(method))
+    tableau = read_tableau(method)
+    made = doubled_method(rate, tableau, options.extrapolate) if tableau.is_doubled else tableau_method(rate, tableau)
     return march(problem, options, made, watch)

@@ -1,6 +1,6 @@
 """The loop of the step-doubling solvers: step sizes, budgets, outputs, and an ending with a name.
 
-Part of ``solvers``; shared by ``adaptive_rk4`` and ``collocation``, which bring the step as one CasADi function. Source: the
+Part of ``solvers``; shared by ``doubled_step`` and ``collocation``, which bring the step as one CasADi function. Source: the
 paper, Eq. 32 and the two cases below it, read so that the accepted step is always one that passed ("paper"); or a
 proportional-integral controller on the same difference ("smooth"; Gustafsson 1991, Hairer, Norsett and Wanner, Solving Ordinary
 Differential Equations I, II.4).

@@ -1,6 +1,6 @@
 """What the loop of ``march`` needs of a method: one step as a CasADi function, and how to read between its ends.
 
-Part of ``solvers``; made by ``adaptive_rk4``, ``collocation`` and ``tableau_step``.
+Part of ``solvers``; made by ``doubled_step``, ``collocation`` and ``tableau_step``.
 """
 
 from __future__ import annotations

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.errors import CaseError
+from modelgen.lowering.methods import read_tableau
 from modelgen.lowering.native import NativeSolver, native_solver
 from modelgen.lowering.native.task import COUNTS, OUTCOMES
 from modelgen.lowering.switching import Switching
@@ -62,7 +63,8 @@ class NativeRuns:
         _check(problems, options, method)
         self.solver, self.problems, self.options, self.watch = solver, problems, options, watch
         self.gather = gather or Gather()
-        self.memory = NativeMemory(solver, problems, options, self.gather, 1 / 15 if options.extrapolate else 0.0)
+        tableau = read_tableau(method)
+        self.memory = NativeMemory(solver, problems, options, self.gather, tableau.correction(options.extrapolate))
         self.endings: dict[int, Ending] = {}
         self.events: dict[int, list[tuple[Vector, NDArray[np.int64], Vector]]] = {}
         self.stopped: Outcome | None = None
@@ -228,5 +230,5 @@ def _check(problems: Sequence[InitialValueProblem], options: SolverOptions, meth
         if each.t0 != first.t0 or each.times.size != first.times.size:
             found = f"starts at {each.t0:g} s with {each.times.size} output times"
             raise CaseError(f"lanes, problem {index}", found, f"the first starts at {first.t0:g} s with {first.times.size}")
-    if options.rule == "paper" and method != "rk4":
+    if options.rule == "paper" and not read_tableau(method).is_doubled:
         raise CaseError("native solver", f"has no rule 'paper' for {method!r}", "it belongs to step doubling: take rk4")

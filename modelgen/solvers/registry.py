@@ -1,17 +1,20 @@
 """Which solvers there are, what each has use for, and the one door to all of them.
 
-Part of ``solvers``; the command line and ``simulate`` choose from ``SOLVERS`` by name.
+Part of ``solvers``; the command line and ``simulate`` choose from them by name. An explicit method is a table of numbers, in the
+package or in a folder of the user (``lowering.methods``), and nothing else.
 """
 
 from __future__ import annotations
 
 import functools
+import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from types import MappingProxyType
 from typing import Any
 
-from modelgen.errors import CaseError, nearest
+from modelgen.errors import CaseError, LoweringError, nearest
+from modelgen.lowering.methods import method_files, package_files, read_tableau
 from modelgen.solvers.collocation import solve_collocation
 from modelgen.solvers.cvodes import solve_cvodes
 from modelgen.solvers.erk import solve_erk
@@ -28,60 +31,57 @@ EVERY = frozenset({"tolerance", "first_step", "largest_step", "budget", "events"
 class Solver:
     """A solver: what runs it, its order, one line about it, the options that it has use for beside those of every solver.
 
-    ``locates_events``: finds where a mode changes, and starts anew there.
+    ``locates_events``: finds where a mode changes, and starts anew there. ``crosscheck_tolerance``: at which its own error is
+    some 1e-7 of the swing of the 16-degree truck.
     """
 
     run: Callable[[InitialValueProblem, SolverOptions], Trajectory]
     order: int
     description: str
+    crosscheck_tolerance: float
     extra_options: frozenset[str] = frozenset()
     locates_events: bool = False
 
 
-SOLVERS: Mapping[str, Solver] = MappingProxyType(
-    {
-        "rk4": Solver(
-            solve_explicit,
-            4,
-            "Runge-Kutta 4 with step doubling, the paper's (explicit; order 5 with extrapolation)",
-            frozenset({"fixed_step", "rule", "extrapolate", "backend"}),
-            locates_events=True,
-        ),
-        "dopri5": Solver(
-            functools.partial(solve_explicit, method="dopri5"),
-            5,
-            "Dormand-Prince 5(4) (explicit, cheap steps)",
-            frozenset({"fixed_step", "rule", "backend"}),
-            locates_events=True,
-        ),
-        "verner65": Solver(
-            functools.partial(solve_explicit, method="verner65"),
-            6,
-            "Verner 6(5) (explicit, fast at most tolerances; its dense output is too rough to locate events)",
-            frozenset({"fixed_step", "rule", "backend"}),
-        ),
-        "dop853": Solver(
-            functools.partial(solve_explicit, method="dop853"),
-            8,
-            "Dormand-Prince 8(5,3), of order 8 (explicit, for tight tolerances)",
-            frozenset({"fixed_step", "rule", "backend"}),
-            locates_events=True,
-        ),
-        "cvodes": Solver(solve_cvodes, 5, "CVODES: backward differentiation of order 1 to 5 (implicit, for stiff models)"),
-        "idas": Solver(solve_idas, 5, "IDAS: the same for differential-algebraic equations (implicit)"),
-        "collocation": Solver(
-            solve_collocation,
-            5,
-            "Radau IIA collocation with step doubling (implicit, the most robust and the dearest)",
-            frozenset({"fixed_step", "rule", "extrapolate"}),
-            locates_events=True,
-        ),
-        "erk": Solver(solve_erk, 5, "Runge-Kutta pair 5(4) (explicit, cheap steps)", frozenset({"fixed_step"})),
-        "rosenbrock": Solver(
-            solve_rosenbrock, 5, "Rosenbrock-Wanner 5(4) (linearly implicit, L-stable)", frozenset({"fixed_step"})
-        ),
-    }
-)
+def _explicit(name: str) -> Solver:
+    """The solver of a table: everything that is known of it stands there."""
+    table = read_tableau(name)
+    return Solver(
+        functools.partial(solve_explicit, method=name),
+        table.order,
+        table.description,
+        table.crosscheck_tolerance,
+        EXPLICIT | {"extrapolate"} if table.is_doubled else EXPLICIT,
+        table.locates_events,
+    )
+
+
+EXPLICIT = frozenset({"fixed_step", "rule", "backend"})
+_OF_CASADI = {
+    "cvodes": Solver(solve_cvodes, 5, "CVODES: backward differentiation of order 1 to 5 (implicit, for stiff models)", 1e-9),
+    "idas": Solver(solve_idas, 5, "IDAS: the same for differential-algebraic equations (implicit)", 1e-9),
+    "collocation": Solver(
+        *(solve_collocation, 5, "Radau IIA collocation with step doubling (implicit, the most robust and the dearest)", 1e-6),
+        frozenset({"fixed_step", "rule", "extrapolate"}),
+        locates_events=True,
+    ),
+    "erk": Solver(solve_erk, 5, "Runge-Kutta pair 5(4) (explicit, cheap steps)", 1e-8, frozenset({"fixed_step"})),
+    "rosenbrock": Solver(
+        solve_rosenbrock, 5, "Rosenbrock-Wanner 5(4) (linearly implicit, L-stable)", 1e-8, frozenset({"fixed_step"})
+    ),
+}
+_OF_TABLES = sorted(((name, _explicit(name)) for name in package_files()), key=lambda each: each[1].order)
+SOLVERS: Mapping[str, Solver] = MappingProxyType({**dict(_OF_TABLES), **_OF_CASADI})
+"""The solvers of the package; ``every_solver`` adds those of the user's tables."""
+
+
+def every_solver() -> Mapping[str, Solver]:
+    """All solvers by name: those of the package, then those of the tables in ``MODELGEN_METHODS``. Raises LoweringError."""
+    own = [name for name in method_files() if name not in package_files()]
+    for name in own:
+        if name in _OF_CASADI:
+            raise LoweringError(f"method {name!r}", "has the name of a solver of the package", "give it another name")
+    return {**SOLVERS, **{name: _explicit(name) for name in own}} if own else SOLVERS
 
 
 def solver_named(name: str) -> Solver:
@@ -92,9 +92,17 @@ def solver_named(name: str) -> Solver:
     ...
     modelgen.errors.CaseError: solver: there is none named 'rk5'; nearest is 'rk4'
     """
-    if not isinstance(name, str) or name not in SOLVERS:
-        raise CaseError("solver", f"there is none named {name!r}", nearest(str(name), SOLVERS))
-    return SOLVERS[name]
+    if isinstance(name, str) and name in SOLVERS:
+        return SOLVERS[name]
+    every = every_solver()
+    if not isinstance(name, str) or name not in every:
+        raise CaseError("solver", f"there is none named {name!r}", nearest(str(name), every))
+    return every[name]
+
+
+def method_digest(name: str) -> str:
+    """SHA-256 of the numbers of a user's table; empty for a solver of the package, which its name says."""
+    return "" if name in SOLVERS else hashlib.sha256(repr(read_tableau(name)).encode()).hexdigest()
 
 
 def solver_options(tolerance: float, options: Mapping[str, Any]) -> SolverOptions:
@@ -112,7 +120,7 @@ def refuse_unused(name: str, options: SolverOptions) -> None:
     for option in fields(options):
         used = option.name in EVERY or option.name in solver.extra_options
         if not used and getattr(options, option.name) != getattr(standard, option.name):
-            fitting = [other for other, candidate in SOLVERS.items() if option.name in candidate.extra_options]
+            fitting = [other for other, candidate in every_solver().items() if option.name in candidate.extra_options]
             problem_words = f"has no use for {option.name} = {getattr(options, option.name)!r}"
             raise CaseError(f"solver '{name}'", problem_words, f"leave it out, or take {' or '.join(fitting)}")
 
@@ -122,6 +130,6 @@ def solve(problem: InitialValueProblem, name: str, options: SolverOptions) -> Tr
     refuse_unused(name, options)
     solver = solver_named(name)
     if problem.switching is not None and not solver.locates_events:
-        fitting = [other for other, candidate in SOLVERS.items() if candidate.locates_events]
+        fitting = [other for other, candidate in every_solver().items() if candidate.locates_events]
         raise CaseError(f"solver '{name}'", "cannot locate events", f'take {" or ".join(fitting)}, or events "off"')
     return solver.run(problem, options)

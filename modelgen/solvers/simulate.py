@@ -19,7 +19,7 @@ from modelgen.solvers.guards import guard_floors
 from modelgen.solvers.operating_point import OperatingPoint, operating_point
 from modelgen.solvers.problem import InitialValueProblem
 from modelgen.solvers.recording import check_memory, recorded
-from modelgen.solvers.registry import SOLVERS, solve, solver_options
+from modelgen.solvers.registry import every_solver, solve, solver_options
 from modelgen.solvers.scales import state_scales
 from modelgen.solvers.solution import Solution
 from modelgen.solvers.start import starting_state
@@ -123,7 +123,7 @@ def events_of(case: Case) -> SwitchedModel | None:
     if switched is None:
         return None
     where = f"case of {model.name!r}"
-    able = [name for name, each in SOLVERS.items() if each.locates_events]
+    able = [name for name, each in every_solver().items() if each.locates_events]
     needed = "which the sections of the case need" if case.sections else ""
     if switched.switching.required:
         needed = "which the model needs (modes with memory, jumps of the state or stops)"

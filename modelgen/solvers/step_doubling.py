@@ -8,15 +8,19 @@ call per step and generated C can take the step over as it is.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
+from fractions import Fraction
 from typing import Any
 
 import casadi as ca
 
 from modelgen.solvers.coordinates import symbols_for
 
-# (f, (start, middle, end) of the interval, its length, y, y' at the start, q) -> what y gains over the interval
-Increment = Callable[[Callable[[Any, Any], Any], tuple[Any, Any, Any], Any, Any, Any, Any], Any]
+# (f, time at a fraction of the interval, its length, y, y' at the start, q) -> what y gains over the interval
+Increment = Callable[[Callable[[Any, Any], Any], Callable[[Fraction], Any], Any, Any, Any, Any], Any]
+HALF, ONE = Fraction(1, 2), Fraction(1)
+EXACT = 2**53  # whole numbers up to here are doubles
 
 
 def step_doubling(
@@ -39,16 +43,20 @@ def step_doubling(
     def f(time: Any, place: Any) -> Any:
         return rate(time, place, q)
 
-    quarter, middle, three_quarters, end = t + h / 4, t + h / 2, t + 3 * h / 4, t + h  # shared, so that equal terms are found
-    whole = increment(f, (t, middle, end), h, y, slope, q)
-    first = increment(f, (t, quarter, middle), h / 2, y, slope, q)
-    second_slope = f(middle, y + first)
-    second = increment(f, (middle, three_quarters, end), h / 2, y + first, second_slope, q)
+    @functools.cache
+    def time(fraction: Fraction) -> Any:
+        """A time of the step; one for equal fractions, so that equal terms are found."""
+        return t + share_of(h, fraction) if fraction else t
+
+    whole = increment(f, time, h, y, slope, q)
+    first = increment(f, lambda fraction: time(fraction / 2), h / 2, y, slope, q)
+    second_slope = f(time(HALF), y + first)
+    second = increment(f, lambda fraction: time(HALF + fraction / 2), h / 2, y + first, second_slope, q)
     difference = (first + second) - whole
     correction = difference / (2**order - 1) if extrapolate else symbols.zeros(n)
     y_middle = y + (first + correction / 2)  # the first half step holds half of the error
     y_end = y + (first + second + correction)
-    slope_end = f(end, y_end)
+    slope_end = f(time(ONE), y_end)
     error = ca.mmax(ca.fabs(difference))
     if unseen:
         error = ca.fmax(error, _unseen_error(f, t, h, y, (slope, second_slope, slope_end), y_end - y, unseen))
@@ -66,6 +74,15 @@ def step_doubling(
         ["nodes", "measures", "whole", "halves"],
         {"cse": symbols is ca.SX},  # the parts that depend on time only appear at five distinct times, not at eleven
     )
+
+
+def share_of(h: Any, fraction: Fraction) -> Any:
+    """A fraction of h, in as few roundings as can be."""
+    above, below = fraction.numerator, fraction.denominator
+    if max(above, below) > EXACT:
+        return float(fraction) * h
+    scaled = h if above == 1 else above * h
+    return scaled if below == 1 else scaled / below
 
 
 def _unseen_error(

@@ -22,7 +22,7 @@ from modelgen.solvers.method import Method
 def tableau_method(rate: ca.Function, tableau: Tableau) -> Method:
     """A method for ``march`` from a rate (t, y, q) -> y' and a tableau with an error estimate and a dense output.
 
-    >>> from modelgen.lowering.tableau import read_tableau
+    >>> from modelgen.lowering.methods import read_tableau
     >>> t, y, q = ca.SX.sym("t"), ca.SX.sym("y"), ca.SX.sym("q")
     >>> growth = tableau_method(ca.Function("growth", [t, y, q], [y]), read_tableau("dopri5"))
     >>> nodes, _ = growth.step(0, 0.1, ca.DM([[1, 1]]), 0)

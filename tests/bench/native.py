@@ -18,6 +18,7 @@ import numpy as np
 
 from modelgen import assemble, load, lower
 from modelgen.lowering.native import native_solver
+from modelgen.lowering.native.library import solver_of
 from modelgen.solvers import Case, operating_point
 from modelgen.solvers.lanes import solve_lanes
 from modelgen.solvers.native import solve_native
@@ -59,7 +60,7 @@ def main(seconds: float, count: int) -> None:
         start = time.perf_counter()
         native_solver(model.rhs_function, lanes)
         built = time.perf_counter() - start
-        native_solver.cache_clear()
+        solver_of.cache_clear()
         start = time.perf_counter()
         solver = native_solver(model.rhs_function, lanes)
         loaded = time.perf_counter() - start

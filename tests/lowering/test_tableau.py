@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from modelgen.errors import LoweringError
+from modelgen.lowering.methods import FOLDER, read_tableau, tableau_from
 from modelgen.lowering.rooted_trees import check_orders, density, nodes_of, rooted_trees
-from modelgen.lowering.tableau import FOLDER, Tableau, doubled, read_tableau, tableau_from
+from modelgen.lowering.tableau import Tableau, doubled
 
 NAMES = sorted(path.stem for path in FOLDER.glob("*.toml"))
 METHODS = [*map(read_tableau, NAMES), doubled(read_tableau("rk4")), doubled(read_tableau("rk4"), extrapolate=False)]

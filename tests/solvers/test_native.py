@@ -15,7 +15,7 @@ import pytest
 
 from modelgen import assemble, load, lower
 from modelgen.errors import CaseError
-from modelgen.lowering.native import native_solver
+from modelgen.lowering.native.library import solver_of
 from modelgen.solvers import Budget, Case, operating_point
 from modelgen.solvers.lanes import Lanes, solve_lanes
 from modelgen.solvers.native import solve_native
@@ -149,7 +149,7 @@ def test_parameters_change_without_a_build(sweep: list[InitialValueProblem], own
 
 def test_a_library_is_found_again(sweep: list[InitialValueProblem], monkeypatch: pytest.MonkeyPatch) -> None:
     expected = solve_native(sweep[0], SolverOptions(tolerance=1e-6))
-    native_solver.cache_clear()
+    solver_of.cache_clear()
     monkeypatch.setattr("modelgen.lowering.native.compiler.Compiler.build", None)  # a build would fail
     again = solve_native(sweep[0], SolverOptions(tolerance=1e-6))
     assert np.array_equal(again.states, expected.states)

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import casadi as ca
 import numpy as np
 import pytest
 
+from modelgen.lowering.methods import read_tableau
 from modelgen.solvers import coordinates
-from modelgen.solvers.adaptive_rk4 import rk4_step
 from modelgen.solvers.collocation import radau_step
 from modelgen.solvers.coordinates import ScaledProblem, scaled_rate
+from modelgen.solvers.doubled_step import doubled_step
 from modelgen.solvers.method import BoundStep, Method
 from modelgen.solvers.problem import InitialValueProblem
 
 Ode = Callable[..., InitialValueProblem]
 
+rk4_step = partial(doubled_step, tableau=read_tableau("rk4"))
 T, Y, Q = ca.SX.sym("t"), ca.SX.sym("y", 2), ca.SX.sym("q")
 RATE = ca.Function("rate", [T, Y, Q], [ca.vertcat(Y[1] + ca.sin(3 * T), -Q * ca.sin(Y[0]) * ca.exp(-T))])
 
@@ -37,14 +40,14 @@ def test_the_step_is_the_classical_method_written_out() -> None:
     state = ca.horzcat(y, RATE(t, y, q))
     whole, middle = classical(t, y, h, q), classical(t, y, h / 2, q)
     end = classical(t + h / 2, middle, h / 2, q)
-    nodes, measures, plain, halves = (np.array(part) for part in rk4_step(RATE, False)(t, h, state, q))
+    nodes, measures, plain, halves = (np.array(part) for part in rk4_step(RATE, extrapolate=False)(t, h, state, q))
     assert plain[:, 0] == pytest.approx(whole, abs=1e-15)
     assert halves[:, 0] == pytest.approx(end, abs=1e-15)
     assert nodes[:, 0] == pytest.approx(middle, abs=1e-15)
     assert nodes[:, 2] == pytest.approx(end, abs=1e-15)
     assert nodes[:, 3] == pytest.approx(np.array(RATE(t + h, end, q))[:, 0], abs=1e-15)
     assert measures[0, 0] == pytest.approx(np.abs(end - whole).max(), rel=1e-9)
-    extrapolated = np.array(rk4_step(RATE, True)(t, h, state, q)[0])
+    extrapolated = np.array(rk4_step(RATE, extrapolate=True)(t, h, state, q)[0])
     assert extrapolated[:, 2] == pytest.approx(end + (end - whole) / 15, abs=1e-15)  # Eq. 31
     assert extrapolated[:, 0] == pytest.approx(middle + (end - whole) / 30, abs=1e-15)  # after one of the two half steps
 
@@ -74,7 +77,8 @@ def test_a_value_that_is_not_finite_shows_in_the_measures(make: Callable[..., ca
 def test_a_whole_step_without_a_number_is_not_hidden_by_the_largest_difference() -> None:
     # Only the last stage of the whole step meets a negative y0: 1 - 1.5 (1 - 0.75 (1 - 0.75)) < 0.
     rate = ca.Function("rate", [T, Y, Q], [ca.vertcat(-1.5 * Y[0], ca.sqrt(Y[0]))])
-    nodes, measures, whole, halves = (np.array(part) for part in rk4_step(rate, False)(0, 1, ca.DM([[1, -1.5], [0, 1]]), 0))
+    plain = rk4_step(rate, extrapolate=False)
+    nodes, measures, whole, halves = (np.array(part) for part in plain(0, 1, ca.DM([[1, -1.5], [0, 1]]), 0))
     assert np.isnan(whole[1, 0])
     assert np.isfinite(halves).all()
     assert np.isfinite(nodes).all()
@@ -95,9 +99,9 @@ def test_a_large_function_is_called_and_gives_the_same_numbers(monkeypatch: pyte
     inlined = rk4_step(RATE)
     assert inlined.is_a("SXFunction")
     monkeypatch.setattr(coordinates, "LARGEST_INLINE", 10)
-    rk4_step.cache_clear()
+    doubled_step.cache_clear()
     called = rk4_step(RATE)
-    rk4_step.cache_clear()
+    doubled_step.cache_clear()
     assert called.is_a("MXFunction")
     for one, other in zip(inlined(0.1, 0.2, state, q), called(0.1, 0.2, state, q), strict=True):
         assert np.array(one) == pytest.approx(np.array(other), abs=1e-14)

@@ -8,8 +8,9 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from modelgen.lowering.tableau import doubled, read_tableau
-from modelgen.solvers.adaptive_rk4 import rk4_step
+from modelgen.lowering.methods import read_tableau
+from modelgen.lowering.tableau import doubled
+from modelgen.solvers.doubled_step import doubled_step
 from modelgen.solvers.method import BoundStep
 from modelgen.solvers.outcome import Outcome
 from modelgen.solvers.problem import InitialValueProblem, SolverOptions
@@ -92,7 +93,8 @@ def test_step_doubling_from_its_tableau_is_the_step_written_out(extrapolate: boo
     y = np.array([1.0, -0.4])
     state = ca.horzcat(y, RATE(0.3, y, 2.5))
     nodes, measures = (np.array(part) for part in made.step(0.3, 0.2, state, 2.5))
-    expected, compared = (np.array(part) for part in rk4_step(RATE, extrapolate)(0.3, 0.2, state, 2.5)[:2])
+    written_out = doubled_step(RATE, read_tableau("rk4"), extrapolate)
+    expected, compared = (np.array(part) for part in written_out(0.3, 0.2, state, 2.5)[:2])
     assert nodes[:, -2:] == pytest.approx(expected[:, -2:], abs=1e-14)
     assert measures[0, 0] == pytest.approx(compared[0, 0], rel=1e-9)
     middle, slope = made.interpolant.between(0.5, 0.2, [*np.array(state).T, *nodes.T])

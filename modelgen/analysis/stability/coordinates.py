@@ -20,7 +20,7 @@ from modelgen.lowering.switching import Switching
 from modelgen.solvers.case import Case
 from modelgen.solvers.operating_point import OperatingPoint, operating_point
 from modelgen.solvers.problem import InitialValueProblem
-from modelgen.solvers.registry import SOLVERS
+from modelgen.solvers.registry import solver_named
 from modelgen.solvers.simulate import initial_value_problem
 
 Array = NDArray[np.float64]
@@ -69,7 +69,7 @@ def vibration_of(case: Case) -> Vibration:
     refuse_unless(case, Case, "motion of a case")
     if case.model is None:
         raise CaseError("case", "has no compiled model", "a loaded case cites its model only; give it the driveline again")
-    if case.model.switching is not None and SOLVERS[case.solver].locates_events:
+    if case.model.switching is not None and solver_named(case.solver).locates_events:
         case = case.change(options={"events": "on"} | dict(case.options))
     point = operating_point(case.model, case.parameters)
     whole, _ = initial_value_problem(case, point)

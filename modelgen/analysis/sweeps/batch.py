@@ -30,7 +30,7 @@ from modelgen.solvers.native_memory import watched_guards
 from modelgen.solvers.operating_point import operating_point
 from modelgen.solvers.outcome import Outcome
 from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Trajectory
-from modelgen.solvers.registry import solve, solver_named, solver_options
+from modelgen.solvers.registry import method_digest, solve, solver_named, solver_options
 from modelgen.solvers.simulate import events_of, initial_value_problem
 
 Array = NDArray[np.float64]
@@ -45,10 +45,13 @@ def settled(case: Case) -> tuple[Case, dict[str, Any]]:
     """
     options = {name: value for name, value in case.options.items() if name not in ("progress", "cancel")}
     asked = options.get("backend")
+    engine = {"solver": case.solver}
+    if digest := method_digest(case.solver):
+        engine["method"] = digest
     rule = solver_options(case.tolerance, options).rule
     if "backend" not in solver_named(case.solver).extra_options:
-        return case.change(options=options), {"solver": case.solver, "backend": "vm"}
-    if asked != "vm" and (rule == "smooth" or case.solver == "rk4"):
+        return case.change(options=options), {**engine, "backend": "vm"}
+    if asked != "vm" and (rule == "smooth" or "extrapolate" in solver_named(case.solver).extra_options):
         switched = events_of(case)
         rhs = case.model.rhs_function if switched is None else switched.rhs_function
         guards = watched_guards(None if switched is None else switched.switching)
@@ -58,8 +61,8 @@ def settled(case: Case) -> tuple[Case, dict[str, Any]]:
             if asked == "c":
                 raise
         else:
-            return case.change(options={**options, "backend": "c"}), {"solver": case.solver, "backend": "c", "lanes": width}
-    return case.change(options={**options, "backend": "vm"}), {"solver": case.solver, "backend": "vm"}
+            return case.change(options={**options, "backend": "c"}), {**engine, "backend": "c", "lanes": width}
+    return case.change(options={**options, "backend": "vm"}), {**engine, "backend": "vm"}
 
 
 def _lanes(rhs: ca.Function, guards: ca.Function | None, solver: str) -> int:

@@ -19,13 +19,14 @@ import numpy as np
 
 from modelgen.errors import LoweringError
 from modelgen.lowering import instructions, tableau
+from modelgen.lowering.methods import read_tableau
 from modelgen.lowering.native.cache import library_for
 from modelgen.lowering.native.compiler import NoCompilerError, find_compiler
 from modelgen.lowering.native.functions import kinds_of, observer_functions, stage_functions
 from modelgen.lowering.native.stages import Stages
-from modelgen.lowering.native.steps import bundle, method_named, step_functions, step_sizes
+from modelgen.lowering.native.steps import bundle, step_functions, step_sizes, with_error
 from modelgen.lowering.native.task import Log, Observer, Task
-from modelgen.lowering.tableau import FOLDER
+from modelgen.lowering.tableau import Tableau
 
 _HERE = Path(__file__).parent
 _HEADERS = ("scalar.h", "lanes.h", "task.h", "times.h", "dense.h", "guards.h", "roots.h", "events.h", "march.h", "solver.h")
@@ -113,10 +114,10 @@ class NativeObserver:
         return Observer(self.values, self.outputs, *places)
 
 
-def source(function: ca.Function, lanes: bool, method: str = "rk4", guards: ca.Function | None = None) -> str:
+def source(function: ca.Function, lanes: bool, tableau: Tableau, guards: ca.Function | None = None) -> str:
     """The whole C text of a native solver: for one trajectory, or for lanes. Raises LoweringError for an operation without C."""
     surfaces = 0 if guards is None else int(guards.numel_out(0)) // 2
-    chosen, middle = method_named(method)
+    chosen, middle = with_error(tableau)
     stages = Stages.of(function if guards is None else _together(function, guards), with_waves=True)
     printed = stage_functions(stages, "v_" if lanes else "s_", times=bundle(chosen, surfaces > 0))
     texts = [_head(lanes), step_sizes(chosen, middle, surfaces), _text("task.h").replace('#include "stages.h"\n', printed)]
@@ -144,18 +145,22 @@ def _text(name: str) -> str:
     return (_HERE / name).read_text(encoding="utf-8")
 
 
-@functools.lru_cache(maxsize=32)
 def native_solver(
     function: ca.Function, lanes: bool = False, method: str = "rk4", guards: ca.Function | None = None
 ) -> NativeSolver:
-    """The native solver of an SX function (t, x, p) -> dx/dt by a method (rk4, dopri5, verner65, dop853), built or found.
+    """The native solver of an SX function (t, x, p) -> dx/dt by an explicit method of a name, built or found.
 
     ``guards``: (t, x, v, p) -> the guards that every step watches, then their rates. Raises NoCompilerError without a compiler,
     LoweringError for an operation that has no C or an unknown method.
     """
-    method_named(method)
+    return solver_of(function, lanes, read_tableau(method), guards)
+
+
+@functools.lru_cache(maxsize=32)
+def solver_of(function: ca.Function, lanes: bool, tableau: Tableau, guards: ca.Function | None) -> NativeSolver:
+    """The same by the table of the method; a method is known by its numbers."""
     functions = (function,) if guards is None else (function, guards)
-    return NativeSolver(_built(functions, ("solver", method, lanes), lambda: source(function, lanes, method, guards)))
+    return NativeSolver(_built(functions, ("solver", tableau, lanes), lambda: source(function, lanes, tableau, guards)))
 
 
 @functools.lru_cache(maxsize=64)
@@ -210,6 +215,5 @@ def _built(functions: tuple[ca.Function, ...], kind: tuple[object, ...], text_of
 @functools.cache
 def _generator() -> bytes:
     """The files that decide what is printed."""
-    tableaus = sorted(path for path in FOLDER.glob("*.toml"))
-    paths = [*(_HERE / name for name in _GENERATOR), Path(tableau.__file__), Path(instructions.__file__), *tableaus]
+    paths = [*(_HERE / name for name in _GENERATOR), Path(tableau.__file__), Path(instructions.__file__)]
     return b"\0".join(path.read_bytes() for path in paths)

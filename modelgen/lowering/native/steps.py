@@ -14,9 +14,8 @@ from math import comb
 from modelgen.lowering.native.doubled_step import DoubledStep, place_of
 from modelgen.lowering.native.explicit_step import ExplicitStep
 from modelgen.lowering.native.kinds import Kinds, number
-from modelgen.lowering.tableau import QUINTIC, Tableau, doubled, read_tableau
+from modelgen.lowering.tableau import QUINTIC, Tableau, doubled
 
-DOUBLED = frozenset({"rk4"})  # methods that measure their error by step doubling
 WIDEST_BUNDLE = 6  # times for which the time stage of lanes is computed side by side
 
 Row = Sequence[Fraction]
@@ -28,10 +27,9 @@ BEYOND = {"SQUARE": _SQUARE, "CUBE": [ZERO, *_SQUARE[:-1]]}
 """(theta (theta - 1/2) (theta - 1))^2 and theta times it, by powers."""
 
 
-def method_named(name: str) -> tuple[Tableau, int | None]:
-    """The method of a name, and its stage in the middle of the step where it is doubled."""
-    tableau = read_tableau(name)
-    return (doubled(tableau, extrapolate=False), 2 * tableau.stages - 1) if name in DOUBLED else (tableau, None)
+def with_error(tableau: Tableau) -> tuple[Tableau, int | None]:
+    """The method that measures its error: itself, or doubled, with its stage in the middle of the step."""
+    return (doubled(tableau, extrapolate=False), 2 * tableau.stages - 1) if tableau.is_doubled else (tableau, None)
 
 
 def step_functions(method: Tableau, middle: int | None, kinds: Kinds, guarded: bool = False) -> str:

@@ -25,8 +25,8 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 
 FLOW = (
-    *("errors", "units", "model", "gears", "elements", "equations", "lowering", "solvers", "analysis", "plots"),
-    *("notebook", "drivelines", "cli", "__main__"),
+    *("errors", "units", "model", "gears", "elements", "drivelines", "equations", "lowering", "solvers", "exchange"),
+    *("analysis", "plots", "notebook", "cli", "__main__"),
 )
 FLOORS = {
     "sympy": {"model", "elements", "equations", "lowering"},

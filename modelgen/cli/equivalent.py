@@ -29,7 +29,7 @@ def equivalent(model: str, assignments: tuple[str, ...], speed: str | None, out:
     from modelgen.cli.question import opened
     from modelgen.cli.report import digits
     from modelgen.cli.tables import aligned
-    from modelgen.drivelines.equivalent_system import equivalent_table
+    from modelgen.exchange.equivalent_system import equivalent_table
     from modelgen.solvers import operating_point
 
     refuse_unless_free(out, replace)

@@ -1,6 +1,7 @@
 """Worked drivelines as model files, and the one way to open a driveline by name or path.
 
-Reading makes the vocabulary of elements known, so this package stands below everything that defines elements.
+Reading makes the vocabulary of elements known, so this package stands below ``elements``; all that asks questions stands below
+it, and takes a driveline by its name.
 """
 
 from __future__ import annotations

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from modelgen.analysis.measurements.delimited_text import Column, DelimitedText, read_delimited
 from modelgen.errors import CaseError, UnitError, nearest
+from modelgen.exchange.delimited_text import Column, DelimitedText, read_delimited
 from modelgen.units import dimension_of, read_any, written_out
 
 Array = NDArray[np.float64]

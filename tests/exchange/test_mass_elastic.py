@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from modelgen import Driveline, assemble, lower, modal
-from modelgen.drivelines.mass_elastic import read_mass_elastic
 from modelgen.elements import GroundSpring, Inertia, RigidGear, Shaft
 from modelgen.errors import ModelFileError, ModelgenError, UnitError
+from modelgen.exchange.mass_elastic import read_mass_elastic
 
 TWO_DISKS = "name,J [kg*m^2],k [N*m/rad]\nengine,211.4,9.775e6\nload,8.3,\n"
 

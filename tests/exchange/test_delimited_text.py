@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from modelgen.analysis.measurements.delimited_text import find_columns, parse_delimited, read_delimited
 from modelgen.errors import ModelFileError, UnitError
+from modelgen.exchange.delimited_text import find_columns, parse_delimited, read_delimited
 from modelgen.units import written_out
 
 

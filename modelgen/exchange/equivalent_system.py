@@ -1,8 +1,8 @@
 """The equivalent system: a driveline as inertias and stiffnesses referred to one shaft, as a table for makers and reports.
 
-Stands beside ``mass_elastic``, which reads the table back. With r the speed of a shaft per speed of the reference shaft,
-J_ref = r^2 J, k_ref = r^2 k, c_ref = r^2 c (W. Ker Wilson, Practical Solution of Torsional Vibration Problems, vol. 1), about an
-operating point: meshes have their mean stiffness on the loaded flank.
+Part of ``exchange``, beside ``mass_elastic``, which reads the table back. With r the speed of a shaft per speed of the
+reference shaft, J_ref = r^2 J, k_ref = r^2 k, c_ref = r^2 c (W. Ker Wilson, Practical Solution of Torsional Vibration Problems,
+vol. 1), about an operating point: meshes have their mean stiffness on the loaded flank.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from modelgen.drivelines.mass_elastic import GROUND
 from modelgen.errors import CaseError
+from modelgen.exchange.mass_elastic import GROUND
 from modelgen.lowering import Compiled
 from modelgen.solvers import OperatingPoint
 

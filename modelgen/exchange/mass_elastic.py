@@ -1,6 +1,6 @@
 """Mass-elastic tables, as engine and coupling makers hand them over: one row per inertia, read as a driveline.
 
-Stands with the worked drivelines, below everything that it is made of. ``equivalent_system`` writes such tables. Source of the
+Part of ``exchange``. ``equivalent_system`` writes such tables. Source of the
 form: W. Ker Wilson, Practical Solution of Torsional Vibration Problems, vol. 1 (equivalent systems).
 """
 
@@ -14,9 +14,9 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from modelgen.analysis.measurements.delimited_text import DelimitedText, Row, find_columns, further_columns, read_delimited
 from modelgen.elements import GroundDamper, GroundSpring, Inertia, RigidGear, Shaft
 from modelgen.errors import ModelFileError, ModelgenError, nearest
+from modelgen.exchange.delimited_text import DelimitedText, Row, find_columns, further_columns, read_delimited
 from modelgen.model import Driveline, Element, NamedParameter
 from modelgen.model.names import identifier
 

@@ -22,9 +22,9 @@ from modelgen import (
     modal,
     operating_point,
 )
-from modelgen.drivelines.equivalent_system import EquivalentInertia, EquivalentTable, equivalent_table
-from modelgen.drivelines.mass_elastic import read_mass_elastic
 from modelgen.errors import CaseError, ModelFileError
+from modelgen.exchange.equivalent_system import EquivalentInertia, EquivalentTable, equivalent_table
+from modelgen.exchange.mass_elastic import read_mass_elastic
 from modelgen.model import Element, Flange, Param, quantity
 
 

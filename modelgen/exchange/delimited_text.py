@@ -1,6 +1,6 @@
 """Tables as instruments, spreadsheets and vendors write them: text with a header, units in it, and separators of either kind.
 
-Below ``measurement``, the border where foreign tables come in; measurements and mass-elastic tables are read through it. Follows
+Part of ``exchange``, the border where foreign tables come in; measurements and mass-elastic tables are read through it. Follows
 RFC 4180 as far as real files do: separators ``,`` ``;`` or a tab, a decimal comma only with the latter two, quotes, a byte order
 mark, comment lines from ``#``. Every refusal names file, line and column.
 """

@@ -23,12 +23,13 @@ _HOME = {
     ),
     "equations": "Equations assemble system",
     "lowering": "Compiled Section lower",
-    "solvers": "SOLVERS Case Outcome Solution crosscheck operating_point simulate",
+    "solvers": "SOLVERS BoundModel Budget Case Outcome Solution bind crosscheck operating_point simulate",
     "analysis": (
         "angles bifurcation campbell classify forced frequency_sweep gear_hammer lyapunov_exponents modal "
-        "operating_map periodic_orbit phase_vectors poincare sensitivities settled_window sweep"
+        "operating_map periodic_orbit phase_vectors poincare sensitivities settled settled_window sweep"
     ),
     "plots": "draw plot save",
+    "reports.run": "run",
     "errors": "BalanceError CaseError LoweringError ModelError ModelFileError ModelgenError NamingError UnitError",
 }
 _WHERE = {name: f"modelgen.{home}" for home, names in _HOME.items() for name in names.split()}

@@ -57,6 +57,10 @@ class CaseError(ModelgenError):
     """A request (case, option, argument, channel) cannot be carried out."""
 
 
+class RunFailedError(ModelgenError):
+    """A run that a question rests on did not reach its end."""
+
+
 class Interrupted(KeyboardInterrupt):
     """Ctrl-C came after a part of a question was answered; ``result`` is that part, and says what is missing."""
 

@@ -26,7 +26,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 FLOW = (
     *("errors", "units", "model", "gears", "elements", "drivelines", "equations", "lowering", "solvers", "exchange"),
-    *("analysis", "plots", "notebook", "cli", "__main__"),
+    *("analysis", "plots", "reports", "notebook", "cli", "__main__"),
 )
 FLOORS = {
     "sympy": {"model", "elements", "equations", "lowering"},

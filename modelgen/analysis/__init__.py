@@ -33,6 +33,7 @@ from modelgen.analysis.stability.orbits import PeriodicOrbit, periodic_orbit
 from modelgen.analysis.sweeps.result import SweepResult
 from modelgen.analysis.sweeps.sweep import sweep
 from modelgen.analysis.time_domain.angles import AnglesResult, angles
+from modelgen.analysis.time_domain.settled import SettledResult, settled
 from modelgen.analysis.time_domain.window import Window, settled_window
 
 __all__ = [
@@ -54,6 +55,7 @@ __all__ = [
     "PhaseVectorResult",
     "SectionResult",
     "SensitivityResult",
+    "SettledResult",
     "SweepResult",
     "Swings",
     "Verdict",
@@ -74,6 +76,7 @@ __all__ = [
     "phase_vectors",
     "poincare",
     "sensitivities",
+    "settled",
     "settled_window",
     "sweep",
 ]

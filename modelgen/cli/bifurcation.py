@@ -77,8 +77,8 @@ def bifurcation(
     The folder gets bifurcation.csv (every strobe), columns.csv (period, residual and transient of every column),
     bifurcation.json and a figure. A column that did not come to stand still says so.
     """
-    from modelgen.cli.folder import output_folder
     from modelgen.cli.progress import Progress
+    from modelgen.reports.folder import output_folder
 
     with output_folder(out, replace, WRITTEN) as folder, Progress() as progress:
         progress.stage(f"read {model}")
@@ -120,8 +120,8 @@ WRITTEN = ("bifurcation.csv", "columns.csv", "bifurcation.json", "bifurcation.pn
 
 
 def _write(result: BifurcationResult, folder: Path) -> None:
-    from modelgen.cli.tables import write_data, write_table
     from modelgen.plots import plot, save
+    from modelgen.reports.tables import write_data, write_table
 
     value = f"{result.parameter} [{result.unit}]"
     header = [value, "branch", *(f"{name} [{unit}]" for name, unit in zip(result.channels, result.units, strict=True))]

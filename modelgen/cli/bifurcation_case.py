@@ -14,10 +14,10 @@ if TYPE_CHECKING:
 
 def strobed_case(model: str, assignments: tuple[str, ...], speed: str | None, mesh_reading: str | None, tolerance: float) -> Case:
     """The case of a model with its options applied. Raises what reading, setting and assembling raise."""
-    from modelgen.cli.settings import settle
     from modelgen.drivelines import load
     from modelgen.equations import assemble
     from modelgen.lowering import lower
+    from modelgen.reports.settings import settle
     from modelgen.solvers import Case
 
     line = settle(load(model), assignments, speed, mesh_reading=mesh_reading)

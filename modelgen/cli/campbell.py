@@ -52,8 +52,8 @@ def campbell(
     The folder gets campbell.csv (natural frequencies by speed), critical_speeds.csv (every crossing with its margin),
     campbell.json and a figure.
     """
-    from modelgen.cli.folder import output_folder
     from modelgen.cli.progress import Progress
+    from modelgen.reports.folder import output_folder
 
     with output_folder(out, replace) as folder, Progress() as progress:
         wanted, target = speed_steps(speeds, count), speed_range(operating, "--operating")
@@ -72,8 +72,8 @@ def campbell(
 
 def _write(result: CampbellResult, folder: Path) -> None:
     from modelgen.analysis.linear.mode_numbers import mode_name
-    from modelgen.cli.tables import RPM, write_data, write_table
     from modelgen.plots import plot, save
+    from modelgen.reports.tables import RPM, write_data, write_table
 
     modes = [mode_name(mode, result.rigid) for mode in range(result.frequencies.shape[1])]
     rows = [[speed * RPM, *row] for speed, row in zip(result.speeds.tolist(), result.frequencies.tolist(), strict=True)]
@@ -87,7 +87,7 @@ def _write(result: CampbellResult, folder: Path) -> None:
 
 def _critical(result: CampbellResult) -> list[dict[str, Any]]:
     """Critical speeds, in the order of the columns of their table."""
-    from modelgen.cli.tables import RPM
+    from modelgen.reports.tables import RPM
 
     return [
         {
@@ -113,7 +113,7 @@ def _order(line: OrderLine) -> dict[str, Any]:
 
 def campbell_data(result: CampbellResult) -> dict[str, Any]:
     """The diagram as plain data; vibrating modes count from 1, critical speeds by margin, the nearest first."""
-    from modelgen.cli.tables import RPM
+    from modelgen.reports.tables import RPM
 
     return {
         "model": result.model,

@@ -27,10 +27,10 @@ SHOWN = 6
 def check(model: str) -> None:
     """Read MODEL, assemble and balance it, and print a summary, or the one thing that is wrong."""
     from modelgen.analysis.limits.rulebook import chosen_rules
-    from modelgen.cli.report import digits
     from modelgen.drivelines import load
     from modelgen.equations import assemble
     from modelgen.lowering import lower
+    from modelgen.reports.report import digits
     from modelgen.solvers import operating_point
 
     try:

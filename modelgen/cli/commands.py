@@ -16,7 +16,7 @@ from modelgen.cli.check import check
 from modelgen.cli.compare import compare
 from modelgen.cli.crosscheck import crosscheck
 from modelgen.cli.elements import elements
-from modelgen.cli.ending import INTERRUPTED, REFUSED, Ending
+from modelgen.cli.ending import FAILED, INTERRUPTED, REFUSED, Ending
 from modelgen.cli.equivalent import equivalent
 from modelgen.cli.forced import forced
 from modelgen.cli.generate import generate
@@ -35,7 +35,7 @@ from modelgen.cli.show import show
 from modelgen.cli.solvers import solvers
 from modelgen.cli.sweep import sweep
 from modelgen.cli.transmission_error import transmission_error
-from modelgen.errors import ModelgenError
+from modelgen.errors import ModelgenError, RunFailedError
 
 EXAMPLES = """
 \b
@@ -53,6 +53,8 @@ class Commands(click.Group):
     def invoke(self, ctx: click.Context) -> Any:
         try:
             return super().invoke(ctx)
+        except RunFailedError as failure:
+            raise Ending(failure, FAILED) from None
         except ModelgenError as refusal:
             raise Ending(refusal, REFUSED) from None
         except KeyboardInterrupt:

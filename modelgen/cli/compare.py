@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from modelgen.cli.question import asks_a_model, fills_a_folder, pair
+from modelgen.cli.question import asks_a_model, fills_a_folder
+from modelgen.reports.assignments import pair
 
 if TYPE_CHECKING:
     from modelgen.analysis.measurements.compare import ComparisonResult
@@ -57,8 +58,8 @@ def compare(
 
     The folder gets comparison.csv (peaks and orders, measured and simulated), comparison.json and a figure.
     """
-    from modelgen.cli.folder import output_folder
     from modelgen.cli.progress import Progress
+    from modelgen.reports.folder import output_folder
 
     with output_folder(out, replace) as folder, Progress() as progress:
         from modelgen.units import read_quantity
@@ -71,9 +72,9 @@ def compare(
         progress.stage(f"read {measurement}")
         from modelgen.analysis.measurements.compare import compare as laid_over
         from modelgen.analysis.measurements.measurement import read_measurement
-        from modelgen.cli.response import Request, respond
-        from modelgen.cli.settings import settle
         from modelgen.drivelines import load
+        from modelgen.reports.response import Request, respond
+        from modelgen.reports.settings import settle
 
         data = read_measurement(measurement)
         line = settle(load(model), assignments, speed)
@@ -97,8 +98,8 @@ def _check_columns(pairs: dict[str, str], data: Measurement, solution: Solution)
 
 
 def _write(result: ComparisonResult, folder: Path) -> None:
-    from modelgen.cli.tables import write_data, write_table
     from modelgen.plots import plot, save
+    from modelgen.reports.tables import write_data, write_table
 
     rows: list[list[Any]] = []
     for each in result.channels:

@@ -43,8 +43,8 @@ def crosscheck(
 
     The folder gets crosscheck.csv (every run and channel), crosscheck.json and a figure.
     """
-    from modelgen.cli.folder import output_folder
     from modelgen.cli.progress import Progress
+    from modelgen.reports.folder import output_folder
 
     with output_folder(out, replace) as folder, Progress() as progress:
         progress.stage(f"read {model}")

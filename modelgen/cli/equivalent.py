@@ -27,9 +27,9 @@ def equivalent(model: str, assignments: tuple[str, ...], speed: str | None, out:
     """Write the equivalent system of MODEL about its operating point, and print it."""
     from modelgen.cli.new import refuse_unless_free
     from modelgen.cli.question import opened
-    from modelgen.cli.report import digits
-    from modelgen.cli.tables import aligned
     from modelgen.exchange.equivalent_system import equivalent_table
+    from modelgen.reports.report import digits
+    from modelgen.reports.tables import aligned
     from modelgen.solvers import operating_point
 
     refuse_unless_free(out, replace)

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from modelgen.cli.diameters import DIAMETER
-from modelgen.cli.question import asks_a_model, fills_a_folder, pair, speed_steps
+from modelgen.cli.question import asks_a_model, fills_a_folder, speed_steps
+from modelgen.reports.assignments import pair
+from modelgen.reports.diameters import DIAMETER
 
 if TYPE_CHECKING:
     from modelgen.lowering import Compiled
@@ -71,16 +72,16 @@ def forced(
     order; below 1e-4 of a channel's largest left out), power.csv (power lost in each damper), gears.csv (gear load and hammer),
     forced.json and figures.
     """
-    from modelgen.cli.folder import output_folder
     from modelgen.cli.progress import Progress
+    from modelgen.reports.folder import output_folder
 
     with output_folder(out, replace) as folder, Progress() as progress:
         wanted, bounds = speed_steps(speeds, count), dict(pair(text, "--limit", LIMITED) for text in limit)
         progress.stage(f"read {model}")
         from modelgen.analysis import forced as response_of
-        from modelgen.cli.diameters import diameters
         from modelgen.cli.forced_tables import write_forced
         from modelgen.cli.question import opened
+        from modelgen.reports.diameters import diameters
 
         line, compiled = opened(model, assignments, speed, turning=True)
         factors = misfires(line, compiled, misfire)

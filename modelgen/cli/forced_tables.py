@@ -14,9 +14,9 @@ import numpy as np
 
 from modelgen.analysis import ForcedResult, HammerResult, Swings, gear_hammer
 from modelgen.analysis.linear.orders import source_name
-from modelgen.cli.report import digits
-from modelgen.cli.tables import RPM, aligned, write_data, write_table
 from modelgen.plots import damper_power, plot, save
+from modelgen.reports.report import digits
+from modelgen.reports.tables import RPM, aligned, write_data, write_table
 
 NEGLIGIBLE = 1e-4  # of the largest amplitude of a channel: orders below are left out of the table
 SHOWN = (".twist", ".torque", ".angle_deviation", ".shear_stress", ".force")

@@ -44,9 +44,9 @@ def generate(arguments: tuple[str, ...], out: Path | None, replace: bool, check:
 
 
 def _write(model: str, out: Path, replace: bool) -> None:
-    from modelgen.cli.folder import output_folder
     from modelgen.cli.generate_folder import MANIFEST, Subject, contents, default_case, probes, source_of
     from modelgen.drivelines import load
+    from modelgen.reports.folder import output_folder
 
     subject = Subject.of(load(model), source_of(model, out))
     case = default_case(subject.model)

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from modelgen.cli.diameters import DIAMETER
 from modelgen.cli.question import asks_a_model, fills_a_folder, speed_range
+from modelgen.reports.diameters import DIAMETER
 
 if TYPE_CHECKING:
     from modelgen.analysis.limits.bound_rule import Rule
@@ -90,16 +90,16 @@ def limits(
     The folder gets limits.csv (every value against every rule, with formula, margin and source), limits.json and a figure. A
     rule whose own text was not seen says so.
     """
-    from modelgen.cli.folder import output_folder
     from modelgen.cli.progress import Progress
+    from modelgen.reports.folder import output_folder
 
     with output_folder(out, replace) as folder, Progress() as progress:
         target = speed_range(operating, "--operating")
         from modelgen.analysis.limits.check import check_limits
-        from modelgen.cli.diameters import diameters
-        from modelgen.cli.limit_values import SEPARATION, forced_values, separation_values, settled_values
         from modelgen.cli.question import opened
         from modelgen.drivelines import load
+        from modelgen.reports.diameters import diameters
+        from modelgen.reports.limit_values import SEPARATION, forced_values, separation_values, settled_values
 
         chosen = read_rules(given)
         progress.stage(f"read {model}")
@@ -160,8 +160,8 @@ def _own_rules(line: Driveline) -> list[Rule]:
 
 
 def _write(result: LimitsResult, folder: Path) -> None:
-    from modelgen.cli.tables import write_data, write_table
     from modelgen.plots import plot, save
+    from modelgen.reports.tables import write_data, write_table
 
     rows = [_columns(row) for row in result.rows]
     write_table(folder / "limits.csv", list(rows[0]), [list(row.values()) for row in rows])

@@ -58,8 +58,8 @@ def lyapunov(
     is not stationary says so, with what it ends in. The rigid rotation, whose exponents are exactly 0, is listed apart. The
     folder gets exponents.csv, exponents.json and exponents.png.
     """
-    from modelgen.cli.folder import output_folder
     from modelgen.cli.progress import Progress
+    from modelgen.reports.folder import output_folder
 
     with output_folder(out, replace) as folder, Progress() as progress:
         progress.stage(f"read {model}")
@@ -88,8 +88,8 @@ def lyapunov(
 
 
 def _write(result: ExponentsResult, folder: Path) -> None:
-    from modelgen.cli.tables import write_data, write_table
     from modelgen.plots import plot, save
+    from modelgen.reports.tables import write_data, write_table
 
     pairs = list(zip(result.exponents.tolist(), result.half_width.tolist(), strict=True))
     what = ["along the motion" if k == result.flow else "" for k in range(len(pairs))]

@@ -55,8 +55,8 @@ def operating_map(
 
     The folder gets map.csv (a row per cell), map.json and a figure.
     """
-    from modelgen.cli.folder import output_folder
     from modelgen.cli.progress import Progress
+    from modelgen.reports.folder import output_folder
 
     with output_folder(out, replace, WRITTEN) as folder, Progress() as progress:
         progress.stage(f"read {model}")
@@ -92,8 +92,8 @@ WRITTEN = ("map.csv", "map.json", "map.png")
 
 def _write(result: MapResult, limit: float | None, folder: Path) -> None:
     from modelgen.analysis.nonlinear.maps import RATTLE
-    from modelgen.cli.tables import write_data, write_table
     from modelgen.plots import plot, save
+    from modelgen.reports.tables import write_data, write_table
 
     header = [f"{result.first} [{result.first_unit}]", f"{result.second} [{result.second_unit}]"]
     header += ["peak vibration angle [deg]", "of", "repeats after [common periods]"]

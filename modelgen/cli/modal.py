@@ -40,8 +40,8 @@ def modal(model: str, assignments: tuple[str, ...], speed: str | None, out: Path
     The folder gets modal.csv (frequencies, damping and shapes, physical and referred to the reference shaft), energy.csv
     (shares of every element), sensitivities.csv (of every mode to every parameter that it depends on), modal.json and figures.
     """
-    from modelgen.cli.folder import output_folder
     from modelgen.cli.progress import Progress
+    from modelgen.reports.folder import output_folder
 
     with output_folder(out, replace) as folder, Progress() as progress:
         progress.stage(f"read {model}")
@@ -63,9 +63,9 @@ def modal(model: str, assignments: tuple[str, ...], speed: str | None, out: Path
 def modal_text(modes: ModalResult) -> str:
     """The table of modes for the terminal."""
     from modelgen.analysis.linear.mode_numbers import mode_cell
-    from modelgen.cli.report import digits
-    from modelgen.cli.tables import aligned
     from modelgen.lowering.mean_turn import averaged_words
+    from modelgen.reports.report import digits
+    from modelgen.reports.tables import aligned
 
     rows = []
     for k, frequency in enumerate(modes.frequencies.tolist()):
@@ -103,8 +103,8 @@ def _write(modes: ModalResult, slopes: SensitivityResult, compiled: Compiled, fo
     import numpy as np
 
     from modelgen.analysis.linear.mode_numbers import mode_cell
-    from modelgen.cli.tables import write_data, write_table
     from modelgen.plots import energy_shares, plot, save
+    from modelgen.reports.tables import write_data, write_table
 
     names = list(modes.names)
     header = ["mode", "undamped [Hz]", "damped [Hz]", "damping ratio [1]", "decay rate [1/s]", "modal inertia [kg*m^2]"]

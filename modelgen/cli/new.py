@@ -38,12 +38,12 @@ def new(name: str, table: Path | None, out: Path | None, replace: bool) -> None:
 
     if table is None:
         raise CaseError(f"new {name!r}", "is given no table", "name it with --from TABLE.csv (modelgen new --help shows one)")
-    from modelgen.cli.report import digits
     from modelgen.equations import assemble
     from modelgen.exchange.mass_elastic import read_mass_elastic
     from modelgen.lowering import lower
     from modelgen.model.files import write_model
     from modelgen.model.names import model_name
+    from modelgen.reports.report import digits
     from modelgen.solvers import operating_point
 
     path = out or Path(f"{model_name(name, 'new')}.toml")

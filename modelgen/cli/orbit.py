@@ -55,8 +55,8 @@ def orbit(
     unit circle; the rigid rotation, whose multipliers are exactly 1, is listed apart. The folder gets multipliers.csv,
     orbit_start.csv (the state that it starts from), orbit.json and multipliers.png.
     """
-    from modelgen.cli.folder import output_folder
     from modelgen.cli.progress import Progress
+    from modelgen.reports.folder import output_folder
 
     with output_folder(out, replace) as folder, Progress() as progress:
         progress.stage(f"read {model}")
@@ -75,8 +75,8 @@ def orbit(
 
 def _write(result: PeriodicOrbit, units: dict[str, str], folder: Path) -> None:
     from modelgen.analysis.stability.multipliers import kind_of_loss
-    from modelgen.cli.tables import write_data, write_table
     from modelgen.plots import plot, save
+    from modelgen.reports.tables import write_data, write_table
 
     numbers = [complex(each) for each in result.multipliers]
     outside = [kind_of_loss(each) if abs(each) > 1 else "" for each in numbers]

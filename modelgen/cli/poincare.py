@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from modelgen.cli.bifurcation import BASE, CHANNEL, READING, STILL, TRANSIENT
-from modelgen.cli.question import asks_a_model, fills_a_folder, pair
+from modelgen.cli.question import asks_a_model, fills_a_folder
+from modelgen.reports.assignments import pair
 
 if TYPE_CHECKING:
     from modelgen.analysis import PeriodicOrbit, SectionResult, Verdict
@@ -67,8 +68,8 @@ def poincare(
     The folder gets section.csv (the points), section.json (the verdict with its evidence) and a figure.
     """
     from modelgen.cli.ending import FAILED, Ending
-    from modelgen.cli.folder import output_folder
     from modelgen.cli.progress import Progress
+    from modelgen.reports.folder import output_folder
 
     with output_folder(out, replace, WRITTEN) as folder, Progress() as progress:
         progress.stage(f"read {model}")
@@ -130,8 +131,8 @@ def _away(case: Case, orbit: PeriodicOrbit, result: SectionResult) -> float:
 
 
 def _write(result: SectionResult, verdict: Verdict, folder: Path) -> None:
-    from modelgen.cli.tables import write_data, write_table
     from modelgen.plots import plot, save
+    from modelgen.reports.tables import write_data, write_table
 
     header = ["time [s]"]
     for name, unit in zip(result.channels, result.units, strict=True):

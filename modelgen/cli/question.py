@@ -37,26 +37,16 @@ def opened(model: str, assignments: tuple[str, ...], speed: str | None, turning:
 
     ``turning``: raises CaseError for one without an operating speed.
     """
-    from modelgen.cli.settings import settle
     from modelgen.drivelines import load
     from modelgen.equations import assemble
     from modelgen.errors import CaseError
     from modelgen.lowering import lower
+    from modelgen.reports.settings import settle
 
     line = settle(load(model), assignments, speed)
     if turning and line.speed is None:
         raise CaseError(f"driveline {line.name!r}", "has no operating speed", 'give one, such as --speed "1500 rpm"')
     return line, lower(assemble(line))
-
-
-def pair(text: str, option: str, form: str) -> tuple[str, str]:
-    """Name and value of ``NAME=VALUE``. Raises CaseError for anything else; ``form`` says what to write."""
-    from modelgen.errors import CaseError
-
-    name, equals, value = (part.strip() for part in text.partition("="))
-    if not (name and equals and value):
-        raise CaseError(f"{option} {text!r}", "is no assignment", f"write {form}")
-    return name, value
 
 
 def speed_range(ends: tuple[str, str] | None, option: str) -> tuple[float, float] | None:

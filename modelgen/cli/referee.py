@@ -45,14 +45,14 @@ def referee(
     The folder gets referee.csv (both sides of every channel, sampled), referee.json (differences, and what differs in
     modelling) and an overlay figure.
     """
-    from modelgen.cli.folder import output_folder
     from modelgen.cli.progress import Progress
+    from modelgen.reports.folder import output_folder
 
     with output_folder(out, replace) as folder, Progress() as progress:
         progress.stage(f"read {model}")
         from modelgen.analysis.referee.comparison import referee as ask
-        from modelgen.cli.settings import settle
         from modelgen.drivelines import load
+        from modelgen.reports.settings import settle
         from modelgen.units import read_quantity
 
         channels = options.pop("channels")
@@ -66,8 +66,8 @@ def referee(
 
 
 def _write(result: RefereeResult, channels: tuple[str, ...], folder: Path) -> None:
-    from modelgen.cli.tables import write_data, write_table
     from modelgen.plots import plot, save
+    from modelgen.reports.tables import write_data, write_table
 
     save(plot(result, channels=channels or None), folder / "referee.png")
     header = ["time [s]"]

@@ -15,11 +15,11 @@ import click
 from modelgen.cli.question import fills_a_folder
 
 if TYPE_CHECKING:
-    from modelgen.cli.paper import ClaimRow
     from modelgen.cli.progress import Progress
     from modelgen.cli.reproduce_work import Extent
     from modelgen.drivelines.claims import Claims
     from modelgen.model import Driveline
+    from modelgen.reports.paper import ClaimRow
 
 DRIVELINE = "fracturing-truck"
 WRITTEN = ("reproduction.md", "reproduction.json", *(f"fig_{number:02d}.png" for number in range(1, 14)))
@@ -47,8 +47,8 @@ def reproduce(what: str, out: Path, replace: bool, quick: bool) -> None:
     The full version takes some minutes on two cores.
     """
     begun = time.perf_counter()
-    from modelgen.cli.folder import output_folder
     from modelgen.cli.progress import Progress
+    from modelgen.reports.folder import output_folder
 
     command = f"modelgen reproduce {what} --out DIR{' --quick' * quick}"
     with output_folder(out, replace, WRITTEN) as folder, Progress() as progress:
@@ -78,7 +78,7 @@ def fill(
     from modelgen.cli.reproduce_claims import claim_rows
     from modelgen.cli.reproduce_figures import draw_all
     from modelgen.cli.reproduce_report import reproduction_data, reproduction_text
-    from modelgen.cli.tables import write_data
+    from modelgen.reports.tables import write_data
 
     figures, rows = draw_all(work, folder, progress), claim_rows(work)
     progress.stage("write report")

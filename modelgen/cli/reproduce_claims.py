@@ -11,10 +11,10 @@ from collections.abc import Iterator
 
 from modelgen.analysis import BifurcationResult
 from modelgen.analysis.classification.motion_evidence import REACHED, MotionEvidence
-from modelgen.cli.paper import ClaimRow, judge
 from modelgen.cli.reproduce_work import Reproduction
 from modelgen.drivelines.claims import MotionClaim
 from modelgen.plots import gear_meshes
+from modelgen.reports.paper import ClaimRow, judge
 
 HOLDS, FAILS, OPEN = "holds", "does not hold", "cannot be decided"
 DEGREES = math.degrees(1.0)

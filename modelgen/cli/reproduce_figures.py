@@ -151,6 +151,6 @@ def _place(role: str) -> str:
 
 
 def _switch(work: Reproduction, kind: str) -> str:
-    from modelgen.cli.settings import common_switch
+    from modelgen.reports.settings import common_switch
 
     return common_switch(work.response.line, kind) or "as each element has it"

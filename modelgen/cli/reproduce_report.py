@@ -12,11 +12,11 @@ from typing import Any
 
 from modelgen import __version__
 from modelgen.analysis.classification.motion_evidence import MotionEvidence
-from modelgen.cli.paper import ClaimRow
 from modelgen.cli.reproduce_claims import exponent_text, kinds, orbit_text
 from modelgen.cli.reproduce_figures import PaperFigure
 from modelgen.cli.reproduce_work import Reproduction
-from modelgen.cli.summary import summary
+from modelgen.reports.paper import ClaimRow
+from modelgen.reports.summary import summary
 
 Data = dict[str, Any]
 SHOWN = 6
@@ -27,7 +27,7 @@ def reproduction_text(
     work: Reproduction, rows: Sequence[ClaimRow], figures: Sequence[PaperFigure], command: str, wall: float
 ) -> str:
     """The text of ``reproduction.md``; ``wall``: what everything took [s]."""
-    from modelgen.cli.report import environment
+    from modelgen.reports.report import environment
 
     motion = work.claims.motion
     return (

@@ -12,15 +12,15 @@ from dataclasses import dataclass
 
 from modelgen.analysis import BifurcationResult, bifurcation
 from modelgen.analysis.classification.motion_evidence import MotionEvidence, motion_evidence
-from modelgen.cli.paper import Reading, in_degrees, readings
 from modelgen.cli.progress import Progress
-from modelgen.cli.response import Request, Response, respond
-from modelgen.cli.settings import common_ratio, common_switch, settle
 from modelgen.drivelines import load
 from modelgen.drivelines.claims import Claims
 from modelgen.equations import assemble
 from modelgen.lowering import Compiled, lower
 from modelgen.model import Driveline
+from modelgen.reports.paper import Reading, in_degrees, readings
+from modelgen.reports.response import Request, Response, respond
+from modelgen.reports.settings import common_ratio, common_switch, settle
 from modelgen.solvers import Case
 
 MESH_READINGS = ("fixed", "scaled")

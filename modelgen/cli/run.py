@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
-    from modelgen.cli.response import Request, Response
+    from modelgen.reports.response import Request, Response
 
 EXAMPLES = """
 \b
@@ -60,15 +60,15 @@ def run(ctx: click.Context, model: str, out: Path, replace: bool, **options: Any
     The folder gets report.md, equations.md and .tex, model.toml (the model as run), responses.csv, summary.json and figures/.
     """
     begun = time.perf_counter()
-    from modelgen.cli.folder import output_folder
     from modelgen.cli.progress import Progress
+    from modelgen.reports.folder import output_folder
 
     with output_folder(out, replace) as folder, Progress() as progress:
         progress.stage(f"read {model}")
-        from modelgen.cli.response import respond
-        from modelgen.cli.results import write_results
-        from modelgen.cli.settings import settle
         from modelgen.drivelines import load
+        from modelgen.reports.response import respond
+        from modelgen.reports.results import write_results
+        from modelgen.reports.settings import settle
 
         switches = {name: options.pop(name) for name in ("assignments", "speed", "damping", "mesh_damping", "mesh_reading")}
         request, given = _request(options), load(model)
@@ -79,8 +79,8 @@ def run(ctx: click.Context, model: str, out: Path, replace: bool, **options: Any
 
 def _request(options: dict[str, Any]) -> Request:
     """What is asked of the run, checked before anything is computed."""
-    from modelgen.cli.response import Request
     from modelgen.errors import CaseError, nearest
+    from modelgen.reports.response import Request
     from modelgen.solvers.problem import Budget, SolverOptions
     from modelgen.solvers.registry import every_solver, solver_named
     from modelgen.units import read_quantity
@@ -114,8 +114,8 @@ def _as_given(ctx: click.Context) -> str:
 
 def _say(response: Response, out: Path, wall: float) -> None:
     """The end of a run: its three main figures and where the rest stands."""
-    from modelgen.cli import limit
-    from modelgen.cli.report import digits
+    from modelgen.reports import limit
+    from modelgen.reports.report import digits
 
     limits, frequencies = limit.judged(response), response.modes.frequencies[response.modes.rigid :]
     found, inertias = limit.verdict(limits), response.angles.inertias

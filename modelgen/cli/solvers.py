@@ -18,7 +18,7 @@ A file NAME.toml in a folder of $MODELGEN_METHODS is an explicit method: its ord
 @click.command(epilog=EXAMPLES)
 def solvers() -> None:
     """List the solvers: their order, whether they locate events, and their tolerance in cross-checks."""
-    from modelgen.cli.tables import aligned
+    from modelgen.reports.tables import aligned
     from modelgen.solvers.registry import every_solver
 
     header = ["solver", "order", "events", "cross-check", "what it is"]

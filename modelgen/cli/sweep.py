@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from modelgen.cli.question import asks_a_model, pair
+from modelgen.cli.question import asks_a_model
+from modelgen.reports.assignments import pair
 
 if TYPE_CHECKING:
     from modelgen.lowering import Compiled

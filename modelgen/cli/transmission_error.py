@@ -61,8 +61,8 @@ def transmission_error(
     folder gets transmission_error.csv (a row per speed and direction), transmission_error.json (jumps; where flanks begin to
     part) and a figure.
     """
-    from modelgen.cli.folder import output_folder
     from modelgen.cli.progress import Progress
+    from modelgen.reports.folder import output_folder
 
     with output_folder(out, replace, WRITTEN) as folder, Progress() as progress:
         progress.stage(f"read {model}")
@@ -90,8 +90,8 @@ WRITTEN = ("transmission_error.csv", "transmission_error.json", "transmission_er
 
 
 def _write(result: FrequencySweepResult, folder: Path) -> None:
-    from modelgen.cli.tables import write_data, write_table
     from modelgen.plots import plot, save
+    from modelgen.reports.tables import write_data, write_table
 
     header = ["direction", "speed [rad/s]", "mesh frequency [Hz]"]
     for name, unit in zip(result.channels, result.units, strict=True):

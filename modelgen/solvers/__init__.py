@@ -7,9 +7,10 @@ and ``events`` make it stop where something happens. The same in generated C: ``
 ``erk`` and ``rosenbrock`` are CasADi's and share ``chunks``.
 """
 
+from modelgen.solvers.bound_model import BoundModel, bind, operating_point
 from modelgen.solvers.case import Case
 from modelgen.solvers.crosscheck import CrosscheckResult, CrosscheckRun, crosscheck
-from modelgen.solvers.operating_point import OperatingPoint, operating_point
+from modelgen.solvers.operating_point import OperatingPoint
 from modelgen.solvers.outcome import Outcome
 from modelgen.solvers.problem import Budget, SolverOptions
 from modelgen.solvers.registry import SOLVERS
@@ -18,6 +19,7 @@ from modelgen.solvers.solution import Solution
 
 __all__ = [
     "SOLVERS",
+    "BoundModel",
     "Budget",
     "Case",
     "CrosscheckResult",
@@ -26,6 +28,7 @@ __all__ = [
     "Outcome",
     "Solution",
     "SolverOptions",
+    "bind",
     "crosscheck",
     "operating_point",
     "simulate",

@@ -15,10 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from modelgen.equations import assemble
 from modelgen.errors import CaseError
-from modelgen.lowering import Compiled, Section, lower
-from modelgen.model import Driveline
+from modelgen.lowering import Compiled, Section
+from modelgen.solvers.bound_model import compiled_of
 from modelgen.solvers.case_values import (
     MOST_SAMPLES,
     read_number,
@@ -37,15 +36,15 @@ STARTS = ("static", "zero")
 class Case:
     """One run of one model.
 
-    ``model``: a compiled model, or a driveline, which is then compiled. ``end`` [s]: end of the run; ``begin`` [s]: its start
-    (numbers, or texts such as "20 ms"). ``parameters``: values by name that differ from the model's own; ``case.model`` holds
-    them. ``start``: "static" (equilibrium under the mean torques), "zero" (uniform rotation, nothing twisted), values of states
-    by name on top of the static ones, values of channels such as ``{"motor.speed": "0 rpm", "coupling.torque": "5 N*m"}``
-    (absolute; what is not named is at rest relative to the uniform rotation, and not twisted), or an earlier solution, whose
-    final state it then is. ``samples`` outputs are equally spaced from ``record_from`` to ``end``; ``channels`` limits which
-    are kept. ``tolerance`` is relative to the scale of each state. ``options`` are those of the solver. ``sections``: channels
-    whose passing of a value is to be located and logged.
-    Raises CaseError for what cannot be.
+    ``model``: whatever ``bind`` takes: a driveline, which is compiled, a compiled or bound model, a name or path. ``end`` [s]:
+    end of the run; ``begin`` [s]: its start (numbers, or texts such as "20 ms"). ``parameters``: values by name that differ
+    from the model's own; ``case.model`` holds them. ``start``: "static" (equilibrium under the mean torques), "zero" (uniform
+    rotation, nothing twisted), values of states by name on top of the static ones, values of channels such as ``{"motor.speed":
+    "0 rpm", "coupling.torque": "5 N*m"}`` (absolute; what is not named is at rest relative to the uniform rotation, and not
+    twisted), or an earlier solution, whose final state it then is. ``samples`` outputs are equally spaced from ``record_from``
+    to ``end``; ``channels`` limits which are kept. ``tolerance`` is relative to the scale of each state. ``options`` are those
+    of the solver. ``sections``: channels whose passing of a value is to be located and logged. Raises CaseError for what cannot
+    be.
 
     >>> from modelgen import Driveline, Inertia, Shaft
     >>> line = Driveline("two_disks", elements=[
@@ -89,10 +88,7 @@ class Case:
     def _read_model(self) -> None:
         """A driveline is compiled; the model takes the case's values for its own, and whoever asks it is answered for them."""
         model: Any = self.model
-        if isinstance(model, Driveline):
-            model = lower(assemble(model))
-        elif not isinstance(model, Compiled) and model is not None:
-            raise CaseError("case, model", f"is {type(model).__name__}", "give a Driveline or a compiled model")
+        model = None if model is None else compiled_of(model, "case")
         object.__setattr__(self, "_given_model", model)
         object.__setattr__(self, "model", None if model is None else model.with_values(self.parameters))
 

@@ -10,11 +10,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from modelgen.errors import CaseError, refuse_unless
+from modelgen.errors import CaseError
+from modelgen.solvers.asked_case import asked_case
 from modelgen.solvers.case import Case
 from modelgen.solvers.outcome import Outcome
 from modelgen.solvers.problem import Statistics
@@ -24,6 +26,7 @@ from modelgen.solvers.solution import Solution
 Array = NDArray[np.float64]
 VIBRATING = (".angle_deviation", ".twist", ".deflection", ".force")
 SEGMENTS = 24
+SAMPLES = 20_001  # of the comparison, where no case says how many
 MEANINGLESS = 1e-2  # beyond this difference two trajectories are no longer the same motion
 
 
@@ -105,17 +108,19 @@ class CrosscheckResult:
 
 
 def crosscheck(
-    case: Case,
+    case: Any,
     solvers: Sequence[str] = ("rk4", "cvodes"),
     tolerances: Sequence[float] | Mapping[str, Sequence[float]] = (1e-8, 1e-10),
     *,
     reference: tuple[str, float] | None = None,
     channels: Sequence[str] | None = None,
+    end: Any = None,
 ) -> CrosscheckResult:
     """Runs the case by every solver at every tolerance and compares each channel with the reference run.
 
     ``tolerances`` are the same for all solvers, or given per solver. The reference is by default the first solver at a tenth of
     its tightest tolerance. ``channels`` defaults to every angle, twist, mesh deflection and force.
+    ``end``: length of the comparison, of a case its own, of any other model 1 s.
     Raises CaseError for names that are not known and for a reference that did not reach its end.
 
     >>> from modelgen import Case, Driveline, Inertia, Shaft
@@ -125,8 +130,8 @@ def crosscheck(
     >>> result.solvers, result.worst_relative_difference < 1e-6
     (('rk4', 'cvodes'), True)
     """
-    refuse_unless(case, Case, "crosscheck")
-    if not solvers or case.model is None:
+    case = asked_case(case, "crosscheck", {"samples": SAMPLES}, end=end)
+    if not solvers:
         raise CaseError("cross-check", "has nothing to compare", "give a case with its model and at least one solver")
     of_each = tolerances if isinstance(tolerances, Mapping) else dict.fromkeys(solvers, tolerances)
     plan = [(name, tolerance) for name in solvers for tolerance in of_each[name]]

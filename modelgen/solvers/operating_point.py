@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +17,6 @@ from modelgen.errors import CaseError
 from modelgen.lowering import Compiled
 from modelgen.lowering.parameters import MODAL
 from modelgen.lowering.sampled_turn import mean_values
-from modelgen.solvers.asked_model import asked_model
 from modelgen.solvers.equilibrium import Coordinates, linear_model, mean_torque, own_start
 from modelgen.solvers.static_state import StaticState, remaining_torques, static_state
 from modelgen.solvers.undamped_modes import natural_modes
@@ -77,22 +75,9 @@ def _symmetric_form(mass: Array, stiffness: Array) -> tuple[Array, Array]:
     return factor, np.asarray((symmetric + symmetric.T) / 2)
 
 
-def operating_point(model: Compiled, values: Mapping[str, Any] | None = None, must_rest: bool = True) -> OperatingPoint:
-    """The operating point for the model's parameters with some changed by name.
-
-    With ``must_rest=False`` a driveline without an equilibrium has one too, with every angle at zero and the reason in
-    ``no_rest``: enough to integrate from a given state.
-
-    Raises BalanceError when the mean torques do not balance and the driveline is not declared to drift, CaseError when there is
-    no equilibrium.
-
-    >>> from modelgen import load, assemble, lower
-    >>> point = operating_point(lower(assemble(load("fracturing-truck"))))
-    >>> point.frequencies()[1:4].round(3).tolist()
-    [45.236, 75.253, 124.143]
-    """
-    model = asked_model(model, "operating_point")
-    p = model.parameters.vector(values)
+def point_of(model: Compiled, must_rest: bool = True) -> OperatingPoint:
+    """The operating point for the values that a model holds; see ``bound_model.operating_point``."""
+    p = model.parameters.vector()
     coordinates = Coordinates.of(model, p)
     mean = mean_values(model.mean_model, p)
     if len(coordinates.ratio):

@@ -13,10 +13,11 @@ import numpy as np
 
 from modelgen.errors import CaseError, refuse_unless
 from modelgen.lowering.switched import SwitchedModel
+from modelgen.solvers.bound_model import operating_point
 from modelgen.solvers.case import Case
 from modelgen.solvers.equilibrium import Array
 from modelgen.solvers.guards import guard_floors
-from modelgen.solvers.operating_point import OperatingPoint, operating_point
+from modelgen.solvers.operating_point import OperatingPoint
 from modelgen.solvers.problem import InitialValueProblem
 from modelgen.solvers.recording import check_memory, recorded
 from modelgen.solvers.registry import every_solver, solve, solver_options

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from modelgen.cli import results
-from modelgen.cli.folder import output_folder
 from modelgen.errors import CaseError
+from modelgen.reports import results
+from modelgen.reports.folder import output_folder
 
 from .conftest import Invoke
 

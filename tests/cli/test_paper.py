@@ -8,8 +8,8 @@ import pytest
 
 from modelgen.analysis.time_domain.angles import AnglesResult, InertiaAngles, Swing
 from modelgen.analysis.time_domain.window import Window
-from modelgen.cli.paper import DEFINITIONS, Reading, in_degrees, judge
 from modelgen.drivelines.claims import claims_of
+from modelgen.reports.paper import DEFINITIONS, Reading, in_degrees, judge
 
 CLAIMS = claims_of("fracturing-truck")
 WINDOW = Window(0.0, 8.0, 8, "pump_crank", 1.0, True)

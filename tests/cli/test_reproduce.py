@@ -11,12 +11,12 @@ from typing import Any
 
 import pytest
 
-from modelgen.cli.paper import ClaimRow
 from modelgen.cli.progress import Progress
 from modelgen.cli.reproduce import WRITTEN, fill
 from modelgen.cli.reproduce_work import FULL, QUICK
 from modelgen.drivelines import load
 from modelgen.drivelines.claims import MotionClaim, claims_of
+from modelgen.reports.paper import ClaimRow
 
 from .conftest import Invoke
 from .test_refusals import refused

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from modelgen.cli.settings import common_ratio, common_switch, settle
 from modelgen.drivelines import load
 from modelgen.errors import CaseError, ModelgenError
 from modelgen.model import Driveline
+from modelgen.reports.settings import common_ratio, common_switch, settle
 
 
 @pytest.fixture

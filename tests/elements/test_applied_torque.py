@@ -12,7 +12,7 @@ from modelgen.equations import assemble
 from modelgen.errors import ModelError
 from modelgen.lowering import lower
 from modelgen.model import Driveline
-from modelgen.solvers.operating_point import operating_point
+from modelgen.solvers.bound_model import operating_point
 
 SPEED = 20.0
 

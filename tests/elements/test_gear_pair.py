@@ -14,7 +14,7 @@ from modelgen.gears import mesh_stiffness_rows
 from modelgen.lowering import lower
 from modelgen.lowering.sampled_turn import mean_values
 from modelgen.model import Driveline
-from modelgen.solvers.operating_point import operating_point
+from modelgen.solvers.bound_model import operating_point
 
 Z_A, Z_B, MODULE, SPEED = 26, 46, 0.007, 30.0
 J_A, J_B = 0.3, 2.0

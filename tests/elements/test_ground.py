@@ -10,7 +10,7 @@ from modelgen.elements import GroundDamper, GroundSpring, Inertia
 from modelgen.equations import assemble
 from modelgen.lowering import lower
 from modelgen.model import Driveline
-from modelgen.solvers.operating_point import operating_point
+from modelgen.solvers.bound_model import operating_point
 
 
 def compiled(*elements, **more):

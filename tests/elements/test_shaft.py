@@ -11,7 +11,7 @@ from modelgen.equations import assemble
 from modelgen.errors import ModelError
 from modelgen.lowering import lower
 from modelgen.model import Driveline
-from modelgen.solvers.operating_point import operating_point
+from modelgen.solvers.bound_model import operating_point
 
 J_A, J_B, K = 1.3, 0.4, 250.0
 

@@ -11,7 +11,7 @@ from modelgen.elements import GroundDamper, HarmonicTorque, Inertia, RigidGear, 
 from modelgen.equations import assemble
 from modelgen.lowering import lower
 from modelgen.model import Driveline
-from modelgen.solvers.operating_point import operating_point
+from modelgen.solvers.bound_model import operating_point
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,7 @@ from modelgen.elements import GearPair, Inertia, Shaft
 from modelgen.equations import assemble
 from modelgen.lowering import lower
 from modelgen.model import Driveline
-from modelgen.solvers.operating_point import operating_point
+from modelgen.solvers.bound_model import operating_point
 
 
 def chain(inertias, stiffnesses, name="chain"):

@@ -34,8 +34,8 @@ from modelgen import (
     system,
 )
 from modelgen.model import PeriodicTable
+from modelgen.solvers.bound_model import operating_point
 from modelgen.solvers.lanes import solve_lanes
-from modelgen.solvers.operating_point import operating_point
 from modelgen.solvers.problem import Budget, SolverOptions
 from modelgen.solvers.simulate import initial_value_problem
 from modelgen.solvers.time_breaks import time_breaks

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,12 +18,13 @@ from numpy.typing import NDArray
 from modelgen.analysis.classification.damping import undamped
 from modelgen.analysis.classification.groups import groups
 from modelgen.analysis.classification.verdict import Verdict, classify
-from modelgen.analysis.nonlinear.runs import compiled_model, setting
+from modelgen.analysis.nonlinear.runs import setting
 from modelgen.analysis.nonlinear.sections import SectionResult, section_channels, strobe_section
 from modelgen.analysis.nonlinear.strobes import Patience, Strobed, strobed
 from modelgen.analysis.stability.exponents import ExponentsResult, lyapunov_exponents
 from modelgen.analysis.stability.orbits import PeriodicOrbit, periodic_orbit
 from modelgen.errors import CaseError
+from modelgen.solvers.asked_case import asked_case
 from modelgen.solvers.case import Case
 
 Array = NDArray[np.float64]
@@ -98,7 +100,7 @@ def _groups(section: SectionResult, k: int) -> int:
 
 
 def motion_evidence(
-    case: Case,
+    case: Any,
     settings: Sequence[Mapping[str, float]],
     channels: Sequence[str] | None = None,
     *,
@@ -115,7 +117,8 @@ def motion_evidence(
     Where a motion does not stand still, shooting begins at the orbit of the first setting whose motion does.
     Raises CaseError where there is no short common period.
     """
-    model = compiled_model(case, "motion")
+    case = asked_case(case, "motion")
+    model = case.model
     if not starts or not settings:
         raise CaseError("motion", "has no starts or no settings", "give at least one of each")
     names, patience = section_channels(model, channels), Patience(count, transient)

@@ -21,7 +21,7 @@ from modelgen.analysis.linear.orders import order_name, source_name
 from modelgen.analysis.linear.speeds import Parameters, point_at, read_speeds
 from modelgen.errors import CaseError
 from modelgen.lowering import Compiled
-from modelgen.solvers.asked_model import asked_model
+from modelgen.solvers.bound_model import compiled_of
 
 Array = NDArray[np.float64]
 SAMPLES = 41
@@ -102,7 +102,7 @@ class CampbellResult:
 
 
 def campbell(
-    model: Compiled,
+    model: Any,
     speeds: Any = None,
     parameters: Parameters = None,
     *,
@@ -123,7 +123,7 @@ def campbell(
     critical speeds of 'two_disks', operating at 1200 rpm: 1, the nearest
          1006.58 rpm    -16.1%  mode 1 (100.7 Hz), order 6 (firing x 2)
     """
-    model = asked_model(model, "campbell")
+    model = compiled_of(model, "campbell")
     own = operating_speed(model, model.parameters.unbalanced())
     listed = read_speeds(model, np.linspace(own / 4, 1.5 * own, SAMPLES) if speeds is None else speeds)
     found = (own, own) if operating is None else tuple(read_speeds(model, operating)[[0, -1]].tolist())

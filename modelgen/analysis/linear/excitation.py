@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.analysis.linear.energy_shares import FlangeMap, element_stiffness
-from modelgen.analysis.linear.model import mapped, seen
 from modelgen.errors import CaseError
 from modelgen.lowering import Compiled
 from modelgen.solvers.equilibrium import own_start
+from modelgen.solvers.linear_model import mapped, seen
 from modelgen.solvers.operating_point import OperatingPoint
 
 Array = NDArray[np.float64]

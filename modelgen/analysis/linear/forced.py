@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 
 from modelgen.analysis.linear.excitation import Excitation, excitation, parametric
 from modelgen.analysis.linear.frequency_response import frequency_response
-from modelgen.analysis.linear.model import LinearModel, linearize, mapped, seen, stated_frequencies
 from modelgen.analysis.linear.orders import order_name
 from modelgen.analysis.linear.resonances import resonance_speeds
 from modelgen.analysis.linear.shear_stress import Diameter, shear_stress_factor
@@ -31,8 +30,9 @@ from modelgen.analysis.linear.synthesis import common_cycle, extremes, synthesiz
 from modelgen.errors import CaseError, nearest
 from modelgen.lowering import Compiled
 from modelgen.lowering.mean_turn import averaged_words, turned_elements
-from modelgen.solvers.asked_model import asked_model
+from modelgen.solvers.bound_model import compiled_of
 from modelgen.solvers.equilibrium import own_start
+from modelgen.solvers.linear_model import LinearModel, linearize, mapped, seen, stated_frequencies
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -151,7 +151,7 @@ class Swings:
 
 
 def forced(
-    model: Compiled,
+    model: Any,
     speeds: Any = None,
     parameters: Parameters = None,
     *,
@@ -179,7 +179,7 @@ def forced(
     >>> result["shaft.torque"].real.round(6).tolist()  # (T / J) k / (k / J_a + k / J_b - w^2)
     [[16.523031]]
     """
-    model = asked_model(model, "forced")
+    model = compiled_of(model, "forced")
     chosen = tuple(channels) if channels is not None else tuple(name for name in model.outputs if name.endswith(CHANNELS))
     stressed = _stress_rows(model, diameters or {})
     asked = tuple(dict.fromkeys([*chosen, *(torque for torque, _ in stressed.values())]))

@@ -18,16 +18,16 @@ from numpy.typing import NDArray
 from modelgen.analysis.linear.energy_shares import energy_shares
 from modelgen.analysis.linear.lowest_modes import lowest_modes
 from modelgen.analysis.linear.mode_numbers import mode_cell, mode_name, mode_number
-from modelgen.analysis.linear.model import linearize
 from modelgen.analysis.linear.natural_modes import DampedModes, Modes, damped_modes, natural_modes
 from modelgen.analysis.linear.node_counts import node_counts
 from modelgen.errors import CaseError
 from modelgen.lowering import Compiled
 from modelgen.lowering.mean_turn import averaged_words, turned_elements
 from modelgen.lowering.sampled_turn import mean_values
-from modelgen.solvers.asked_model import asked_model
+from modelgen.solvers.bound_model import bind
 from modelgen.solvers.equilibrium import own_start
-from modelgen.solvers.operating_point import OperatingPoint, operating_point
+from modelgen.solvers.linear_model import linearize
+from modelgen.solvers.operating_point import OperatingPoint
 
 Array = NDArray[np.float64]
 DENSE = 150  # degrees of freedom up to which all modes cost less than a few
@@ -132,7 +132,7 @@ class DampedMode:
 
 
 def modal(
-    model: Compiled, parameters: Mapping[str, Any] | None = None, point: OperatingPoint | None = None, count: int | None = None
+    model: Any, parameters: Mapping[str, Any] | None = None, point: OperatingPoint | None = None, count: int | None = None
 ) -> ModalResult:
     """Modes about the operating point for the model's parameters with some changed by name; all, or the ``count`` lowest.
 
@@ -147,20 +147,21 @@ def modal(
     >>> dict(zip(result.elements, result.kinetic[:, 1].round(4).tolist()))
     {'engine': 0.0378, 'load': 0.9622, 'shaft': 0.0}
     """
-    model = asked_model(model, "modal")
+    bound = bind(model, parameters=parameters, question="modal")
+    model = bound.model
     size = len(model.equations.groups)
     if not size:
         raise CaseError(f"driveline {model.name!r}", "has no inertias that could vibrate", "ask a driveline of elements")
     if count is not None and (isinstance(count, bool) or not isinstance(count, int) or count < 1):
         raise CaseError("modal, count", f"is {count!r}", "give a whole number from 1 up, or leave it out for all modes")
     if count is not None and point is None and size > max(DENSE, 4 * count) and _is_linear(model):
-        p = model.parameters.unbalanced(parameters)
+        p = model.parameters.unbalanced()
         mean, angle = mean_values(model.mean_model, p), np.zeros(size)
         mass, damping, stiffness = model.mean_model["linear"](angle, np.zeros(size), own_start(model), p, mean)
         modes = lowest_modes(mass, stiffness, _rigid(model, p), count)
         pairs = damped_modes(modes, damping)
     else:
-        point = point or operating_point(model, parameters)
+        point = point or bound.operating_point
         p, mean, angle = point.p, point.mean, point.angle
         every = natural_modes(point.mass, point.stiffness, point.coordinates)
         modes = Modes(every.squares[:count], every.shapes[:, :count], min(every.free, count or size))

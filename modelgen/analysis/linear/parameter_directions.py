@@ -15,9 +15,10 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from modelgen.analysis.linear.model import mapped
 from modelgen.lowering import Compiled
-from modelgen.solvers.operating_point import OperatingPoint, operating_point
+from modelgen.solvers.bound_model import operating_point
+from modelgen.solvers.linear_model import mapped
+from modelgen.solvers.operating_point import OperatingPoint
 
 Array = NDArray[np.float64]
 SAMPLES = 256  # of a turn, for derivatives of means that no element states

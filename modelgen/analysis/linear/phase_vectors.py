@@ -21,9 +21,7 @@ from modelgen.analysis.linear.energy_shares import FlangeMap
 from modelgen.analysis.linear.excitation import excitation
 from modelgen.analysis.linear.modal import modal
 from modelgen.errors import CaseError, nearest
-from modelgen.lowering import Compiled
-from modelgen.solvers.asked_model import asked_model
-from modelgen.solvers.operating_point import operating_point
+from modelgen.solvers.bound_model import bind
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -65,7 +63,7 @@ class PhaseVectorResult:
 
 
 def phase_vectors(
-    model: Compiled, parameters: Mapping[str, Any] | None = None, highest_order: float | None = None
+    model: Any, parameters: Mapping[str, Any] | None = None, highest_order: float | None = None
 ) -> PhaseVectorResult:
     """Phase vectors at the operating point for the model's parameters with some changed by name.
 
@@ -80,9 +78,8 @@ def phase_vectors(
     >>> phase_vectors(lower(assemble(line))).addition[0].round(3).tolist()
     [0.0, 1.0]
     """
-    model = asked_model(model, "phase_vectors")
-    point = operating_point(model, parameters)
-    modes = modal(model, point=point)
+    bound = bind(model, parameters=parameters, question="phase_vectors")
+    model, point, modes = bound.model, bound.operating_point, modal(bound)
     shaking = excitation(model, point, highest_order=highest_order)
     torque, where = shaking.by_flange, FlangeMap.of(model)
     elastic = range(modes.rigid, len(modes.frequencies))

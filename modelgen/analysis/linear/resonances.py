@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from modelgen.analysis.linear.excitation import Excitation
 from modelgen.analysis.linear.frequency_response import frequency_response
-from modelgen.analysis.linear.model import LinearModel
 from modelgen.analysis.linear.natural_modes import natural_modes
+from modelgen.solvers.linear_model import LinearModel
 
 Array = NDArray[np.float64]
 AROUND = np.array([0.0, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0, 1.5, 2.5])

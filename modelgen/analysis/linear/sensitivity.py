@@ -25,9 +25,9 @@ from modelgen.analysis.linear.natural_modes import natural_modes
 from modelgen.analysis.linear.parameter_directions import angle_slopes, mean_slopes, named_entries, parameter_directions
 from modelgen.errors import CaseError, nearest
 from modelgen.lowering import Compiled
-from modelgen.solvers.asked_model import asked_model
+from modelgen.solvers.bound_model import bind
 from modelgen.solvers.equilibrium import own_start
-from modelgen.solvers.operating_point import OperatingPoint, operating_point
+from modelgen.solvers.operating_point import OperatingPoint
 
 Array = NDArray[np.float64]
 
@@ -81,7 +81,7 @@ class SensitivityResult:
 
 
 def sensitivities(
-    model: Compiled, parameters: Mapping[str, Any] | None = None, point: OperatingPoint | None = None, count: int | None = None
+    model: Any, parameters: Mapping[str, Any] | None = None, point: OperatingPoint | None = None, count: int | None = None
 ) -> SensitivityResult:
     """Sensitivities of all natural frequencies, or of the ``count`` lowest, to every named parameter, at the operating point.
 
@@ -94,13 +94,13 @@ def sensitivities(
     >>> result.largest(1)  # omega^2 = k (1/J_a + 1/J_b)
     [('shaft.stiffness', 0.5), ('load.inertia', -0.375), ('engine.inertia', -0.125)]
     """
-    model = asked_model(model, "sensitivities")
-    point = point or operating_point(model, parameters)
+    bound = bind(model, parameters=parameters, question="sensitivities")
+    model, point = bound.model, point or bound.operating_point
     modes = natural_modes(point.mass, point.stiffness, point.coordinates)
     keep = len(modes.squares) if count is None else count
     clusters = repeated_modes(modes)
     names, entries, whole = named_entries(model)
-    directions, differenced = parameter_directions(model, point.p, entries, {**model.parameters.given, **(parameters or {})})
+    directions, differenced = parameter_directions(model, point.p, entries, model.parameters.given)
     means = mean_slopes(model, point, directions)
     angles: Array | None = None
     squares = np.zeros((len(modes.squares), len(entries)))

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from modelgen.analysis.linear.excitation import operating_speed
 from modelgen.errors import CaseError
 from modelgen.lowering import Compiled
-from modelgen.solvers.operating_point import OperatingPoint, operating_point
+from modelgen.solvers.bound_model import operating_point
+from modelgen.solvers.operating_point import OperatingPoint
 from modelgen.units import read_quantity
 
 Array = NDArray[np.float64]

@@ -18,11 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.analysis.nonlinear.motion import motion_of
-from modelgen.analysis.nonlinear.runs import Also, Setting, compiled_model, parameter_values, setting
+from modelgen.analysis.nonlinear.runs import Also, Setting, parameter_values, setting
 from modelgen.analysis.nonlinear.sections import section_channels
 from modelgen.analysis.nonlinear.strobes import Patience, Strobed, strobed
 from modelgen.errors import CaseError, Interrupted, nearest
 from modelgen.lowering import Compiled
+from modelgen.solvers.asked_case import asked_case
 from modelgen.solvers.case import STARTS, Case
 from modelgen.solvers.outcome import Outcome
 from modelgen.solvers.start import starting_state
@@ -134,7 +135,7 @@ def _apart(one: Column, other: Column) -> float:
 
 
 def bifurcation(
-    case: Case,
+    case: Any,
     parameter: str,
     values: Sequence[Any],
     channels: Sequence[str] | None = None,
@@ -146,6 +147,7 @@ def bifurcation(
     transient: int = 200,
     still: float | None = None,
     base: str | None = None,
+    tolerance: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> BifurcationResult:
     """A bifurcation diagram over ``values`` of a parameter (numbers in its SI unit, or texts with units).
@@ -153,11 +155,13 @@ def bifurcation(
     ``direction``: "independent" (all columns at once, in lanes on all cores), "forward", "backward", or "both" of these.
     ``starts``: several starts for independent columns ("static", "zero", or values of states by name). ``also(value)`` gives
     further parameters that change with it. ``count``, ``transient``, ``still``, ``base`` and ``channels`` as in ``poincare``.
+    ``tolerance`` of a step, per scale of each state: by default that of a case, 1e-5 for any other model.
     Raises CaseError, NamingError, ModelError, BalanceError for what cannot be, and Interrupted with the columns that are done
     where Ctrl-C comes after the first of them.
     """
     question = "bifurcation"
-    model = compiled_model(case, question)
+    case = asked_case(case, question, {"tolerance": 1e-5}, tolerance=tolerance)
+    model = case.model
     if direction not in DIRECTIONS:
         raise CaseError(f"{question}, direction", f"is {direction!r}", nearest(str(direction), DIRECTIONS))
     if starts is not None and direction != "independent":

@@ -18,10 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.analysis.nonlinear.motion import motion_of
-from modelgen.analysis.nonlinear.runs import compiled_model, options_of, parameter_values, restarted, run_all, setting
+from modelgen.analysis.nonlinear.runs import options_of, parameter_values, restarted, run_all, setting
 from modelgen.analysis.nonlinear.strobes import Patience, Strobed, strobed
 from modelgen.errors import CaseError, nearest
 from modelgen.lowering import Compiled
+from modelgen.solvers.asked_case import asked_case
 from modelgen.solvers.case import Case
 from modelgen.solvers.problem import Trajectory
 
@@ -116,7 +117,7 @@ class FrequencySweepResult:
 
 
 def frequency_sweep(
-    case: Case,
+    case: Any,
     speeds: Sequence[Any],
     mesh: str | None = None,
     channels: Sequence[str] = (),
@@ -124,16 +125,19 @@ def frequency_sweep(
     transient: int = 400,
     still: float | None = None,
     close: float = CLOSE,
+    tolerance: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> FrequencySweepResult:
     """Sweeps the operating speed (rad/s, or texts such as "1500 rpm") up and down and measures the vibration of a ``mesh``.
 
     ``mesh``: name of a gear pair, by default the only one. ``channels``: further channels whose rms is kept. ``transient``: most
     strobes that a column is waited for; ``close``: how near jumps are closed in on, relative to the frequency (0: not at all).
+    ``tolerance`` of a step, per scale of each state: by default that of a case, 1e-5 for any other model.
     Raises CaseError, NamingError, or BalanceError for what cannot be.
     """
     question = "frequency sweep"
-    model = compiled_model(case, question)
+    case = asked_case(case, question, {"tolerance": 1e-5}, tolerance=tolerance)
+    model = case.model
     mesh = chosen_mesh(model, mesh)
     listed = sorted(set(parameter_values(model, "speed", speeds, question)))
     if len(listed) < 3:

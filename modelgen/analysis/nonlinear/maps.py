@@ -21,7 +21,6 @@ from modelgen.analysis.nonlinear.recurrence import departures
 from modelgen.analysis.nonlinear.runs import (
     Also,
     Setting,
-    compiled_model,
     options_of,
     parameter_values,
     restarted,
@@ -31,7 +30,7 @@ from modelgen.analysis.nonlinear.runs import (
 from modelgen.analysis.time_domain.window import Window, settled_window
 from modelgen.errors import BalanceError, CaseError, Interrupted, ModelError, nearest
 from modelgen.lowering import Compiled
-from modelgen.solvers.case import Case
+from modelgen.solvers.asked_case import asked_case
 from modelgen.solvers.crosscheck import without_line
 from modelgen.solvers.outcome import Outcome
 
@@ -110,13 +109,14 @@ class MapResult:
 
 
 def operating_map(
-    case: Case,
+    case: Any,
     first: tuple[str, Sequence[Any]],
     second: tuple[str, Sequence[Any]],
     *,
     also: Also | None = None,
     revolutions: int = 8,
     longest: float = 60.0,
+    tolerance: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> MapResult:
     """The map over two parameters, each given as (name, values in its SI unit or texts with units).
@@ -125,9 +125,11 @@ def operating_map(
     after the transient, but at most ``longest`` seconds are run. Raises CaseError, NamingError, ModelError for what cannot be;
     a cell that has no balance or equilibrium is one of the failures, unless all are. Raises Interrupted with the cells that
     are done where Ctrl-C comes after the first of them.
+    ``tolerance`` of a step, per scale of each state: by default that of a case, 1e-5 for any other model.
     """
     question = "operating map"
-    model = compiled_model(case, question)
+    case = asked_case(case, question, {"tolerance": 1e-5}, tolerance=tolerance)
+    model = case.model
     axes = []
     for each in (first, second):
         if not isinstance(each, tuple) or len(each) != 2:

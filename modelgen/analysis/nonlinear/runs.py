@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 
 from modelgen.errors import CaseError, LoweringError
 from modelgen.lowering import Compiled
+from modelgen.solvers.bound_model import operating_point
 from modelgen.solvers.case import Case
 from modelgen.solvers.gather import Gather
 from modelgen.solvers.lanes import solve_lanes
-from modelgen.solvers.operating_point import OperatingPoint, operating_point
+from modelgen.solvers.operating_point import OperatingPoint
 from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Trajectory
 from modelgen.solvers.registry import solve, solver_named, solver_options
 from modelgen.solvers.simulate import initial_value_problem
@@ -44,15 +45,6 @@ def setting(case: Case, **changes: Any) -> Setting:
     case = case.change(parameters={**case.parameters, **changes})
     point = operating_point(case.model, case.parameters)
     return Setting(case, point, initial_value_problem(case, point)[0])
-
-
-def compiled_model(case: Case, question: str) -> Compiled:
-    """The model of a case. Raises CaseError for anything that is no case, or has no model."""
-    if not isinstance(case, Case):
-        raise CaseError(question, f"is asked of a {type(case).__name__}", "give a Case")
-    if case.model is None:
-        raise CaseError(question, "the case has no compiled model", "a loaded case cites its model only; give it the driveline")
-    return case.model
 
 
 def parameter_values(model: Compiled, name: str, values: Sequence[Any], question: str) -> list[float]:

@@ -10,17 +10,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.analysis.nonlinear.common_period import Strobe
 from modelgen.analysis.nonlinear.motion import motion_of
-from modelgen.analysis.nonlinear.runs import compiled_model, options_of, restarted, run_one, setting
+from modelgen.analysis.nonlinear.runs import options_of, restarted, run_one, setting
 from modelgen.analysis.nonlinear.strobes import Patience, Strobed, strobed
 from modelgen.errors import CaseError
 from modelgen.lowering import Compiled
-from modelgen.solvers.case import Case
+from modelgen.solvers.asked_case import asked_case
 from modelgen.solvers.outcome import Outcome
 
 Array = NDArray[np.float64]
@@ -77,13 +78,14 @@ class SectionResult:
 
 
 def poincare(
-    case: Case,
+    case: Any,
     channels: Sequence[str] | None = None,
     *,
     count: int = 150,
     transient: int = 200,
     still: float | None = None,
     base: str | None = None,
+    tolerance: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> SectionResult:
     """Strobe at the exact common period: one point for a periodic motion, n for period n.
@@ -92,8 +94,10 @@ def poincare(
     are kept after at most ``transient`` strobes. ``base``: strobe at the period of this base frequency instead, where there is no
     short common period; a periodic motion then shows as a curve. Times, samples and ``end`` of the case are not used.
     Raises CaseError where there is no short common period, with the nearest choice.
+    ``tolerance`` of a step, per scale of each state: by default that of a case, 1e-6 for any other model.
     """
-    model = compiled_model(case, "section")
+    case = asked_case(case, "poincare", {"tolerance": 1e-6}, tolerance=tolerance)
+    model = case.model
     names = section_channels(model, channels)
     patience = Patience(count, transient, still)
     found = strobed([setting(case)], patience, base=base, progress=progress)[0]

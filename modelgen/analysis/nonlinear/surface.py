@@ -10,18 +10,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.analysis.nonlinear.motion import motion_of, vibrating_states
 from modelgen.analysis.nonlinear.recurrence import nearest_return, recurrence
-from modelgen.analysis.nonlinear.runs import Setting, compiled_model, options_of, restarted, run_one, setting
+from modelgen.analysis.nonlinear.runs import Setting, options_of, restarted, run_one, setting
 from modelgen.analysis.nonlinear.sections import SectionResult, section_channels
 from modelgen.analysis.nonlinear.strobes import Patience
 from modelgen.errors import CaseError
 from modelgen.lowering import Section
-from modelgen.solvers.case import Case
+from modelgen.solvers.asked_case import asked_case
 from modelgen.solvers.problem import Trajectory
 
 Array = NDArray[np.float64]
@@ -30,7 +31,7 @@ WAYS = {1: "upward", -1: "downward", 0: "in either direction"}
 
 
 def surface_section(
-    case: Case,
+    case: Any,
     surface: tuple[str, float],
     channels: Sequence[str] | None = None,
     *,
@@ -42,7 +43,8 @@ def surface_section(
     The case says from when on points count (``record_from``) and how long is looked for them (``end``); its samples are not used.
     The first ``count`` points are kept. Raises CaseError where fewer than 2 points are found, and for a solver without events.
     """
-    model = compiled_model(case, "section")
+    case = asked_case(case, "section")
+    model = case.model
     if not isinstance(surface, tuple) or len(surface) != 2:
         raise CaseError("section, surface", f"is {surface!r:.40}", "give (channel, level)")
     guard, level = section_channels(model, [surface[0]])[0], _level(surface[1])

@@ -11,19 +11,21 @@ import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.analysis.referee.mujoco_model import Referee, Timed, mesh_damping, referee_of
+from modelgen.drivelines import load
 from modelgen.equations import assemble
 from modelgen.errors import CaseError
 from modelgen.lowering import lower
 from modelgen.model import Driveline
+from modelgen.solvers.bound_model import operating_point
 from modelgen.solvers.case import Case
 from modelgen.solvers.crosscheck import without_line
-from modelgen.solvers.operating_point import operating_point
 from modelgen.solvers.simulate import simulate
 
 Array = NDArray[np.float64]
@@ -80,7 +82,7 @@ class RefereeResult:
 
 
 def referee(
-    line: Driveline,
+    line: Driveline | str | Path,
     end: float,
     *,
     mean_stiffness: bool = False,
@@ -97,6 +99,8 @@ def referee(
     Raises CaseError for what the referee does not have, or where the package ``mujoco`` is missing.
     """
     mujoco = _engine()
+    if not isinstance(line, Driveline):
+        line = load(line)
     if not (0 < step < end) or not math.isfinite(end) or samples < 2:
         raise CaseError("referee", f"end {end!r} s, step {step!r} s, {samples} samples", "give a step smaller than the end")
     if mean_stiffness:

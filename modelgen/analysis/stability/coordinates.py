@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.analysis.nonlinear.motion import vibrating_states
-from modelgen.errors import CaseError, refuse_unless
+from modelgen.errors import CaseError
 from modelgen.lowering import Compiled
 from modelgen.lowering.switching import Switching
+from modelgen.solvers.bound_model import bind
 from modelgen.solvers.case import Case
-from modelgen.solvers.operating_point import OperatingPoint, operating_point
+from modelgen.solvers.operating_point import OperatingPoint
 from modelgen.solvers.problem import InitialValueProblem
 from modelgen.solvers.registry import solver_named
 from modelgen.solvers.simulate import initial_value_problem
@@ -66,12 +67,9 @@ def vibration_of(case: Case) -> Vibration:
 
     Events are on unless the case says otherwise: where a law only bends, as at the edge of a backlash, the tangents' rates jump.
     """
-    refuse_unless(case, Case, "motion of a case")
-    if case.model is None:
-        raise CaseError("case", "has no compiled model", "a loaded case cites its model only; give it the driveline again")
     if case.model.switching is not None and solver_named(case.solver).locates_events:
         case = case.change(options={"events": "on"} | dict(case.options))
-    point = operating_point(case.model, case.parameters)
+    point = bind(case.model).operating_point
     whole, _ = initial_value_problem(case, point)
     kept = tuple(vibrating_states(case.model, point))
     if not kept:

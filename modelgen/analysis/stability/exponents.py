@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from math import ceil
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,10 @@ from modelgen.analysis.stability.ending import exponents_of
 from modelgen.analysis.stability.frames import all_directions, one_direction
 from modelgen.analysis.stability.orbits import PeriodicOrbit
 from modelgen.analysis.stability.records import FEWEST, Part, Record, joined, scatter, settled_part, widened
+from modelgen.analysis.time_domain.window import settled_window
 from modelgen.errors import CaseError
+from modelgen.solvers.asked_case import asked_case
+from modelgen.solvers.bound_model import bind
 from modelgen.solvers.case import Case
 from modelgen.solvers.problem import SolverOptions
 from modelgen.solvers.registry import solver_named, solver_options
@@ -141,8 +145,19 @@ class ExponentsResult:
     __repr__ = __str__
 
 
-def lyapunov_exponents(case: Case, *, largest: bool = False, stretch: float | None = None) -> ExponentsResult:
+def lyapunov_exponents(
+    case: Any,
+    *,
+    largest: bool = False,
+    stretch: float | None = None,
+    revolutions: int = 100,
+    transient: int | None = None,
+    tolerance: float | None = None,
+) -> ExponentsResult:
     """The exponents of the motion of a case, over whole stretches from its ``record_from`` to its ``end``.
+
+    Of anything else that is a model, a case is made: from the static state, over so many ``revolutions`` of its slowest base
+    frequency after ``transient`` of them, by default until its slowest mode has decayed to a thousandth.
 
     What lies before ``record_from`` is a transient, in which the frame of deviations turns into its place; where it is shorter
     than a twentieth of the span, the rest of that is left out of the means (``left_out``). ``largest``: the largest exponent
@@ -157,6 +172,7 @@ def lyapunov_exponents(case: Case, *, largest: bool = False, stretch: float | No
     >>> lyapunov_exponents(Case(model, end=20.0)).exponents.round(4).tolist()
     [-1.0, -2.0]
     """
+    case = _asked(case, revolutions, transient, tolerance)
     vibration = vibration_of(case)
     given = dict(case.options)
     progress = given.pop("progress", None)
@@ -197,6 +213,17 @@ def lyapunov_exponents(case: Case, *, largest: bool = False, stretch: float | No
     )
     part = settled_part(record, case, vibration, course)
     return _result(case, vibration, course, record, part, span - len(record.logs) * length)
+
+
+def _asked(x: Any, revolutions: int, transient: int | None, tolerance: float | None) -> Case:
+    """The case itself, or one over some revolutions of a model."""
+    if isinstance(x, Case):
+        return asked_case(x, "Lyapunov exponents", tolerance=tolerance)
+    bound = bind(x, question="Lyapunov exponents")
+    window = settled_window(bound)
+    first = window.first if transient is None else transient * window.period
+    last = first + revolutions * window.period
+    return asked_case(bound, "Lyapunov exponents", tolerance=tolerance, end=last, record_from=first)
 
 
 def _result(case: Case, vibration: Vibration, course: Course, record: Record, part: Part, left_out: float) -> ExponentsResult:

@@ -21,6 +21,7 @@ from modelgen.analysis.stability.course import Course
 from modelgen.analysis.stability.multipliers import Complex, kind_of_loss, kinds_of_loss, multipliers_of, stability
 from modelgen.analysis.stability.shooting import Shot, residual, shoot, speed_at
 from modelgen.errors import CaseError
+from modelgen.solvers.asked_case import asked_case
 from modelgen.solvers.case import Case
 from modelgen.solvers.problem import SolverOptions
 from modelgen.solvers.registry import solve
@@ -136,7 +137,7 @@ class PeriodicOrbit:
 
 
 def periodic_orbit(
-    case: Case,
+    case: Any,
     *,
     order: int = 1,
     period: float | None = None,
@@ -162,6 +163,7 @@ def periodic_orbit(
     if period is not None and not 0 < period < np.inf:
         raise CaseError("periodic orbit, period", f"is {period!r}", "give a positive time")
     tell = report or (lambda _: None)
+    case = asked_case(case, "periodic orbit")
     vibration = vibration_of(case)
     given = dict(case.options)
     backend = str(given.get("backend", "auto"))

@@ -23,11 +23,11 @@ from modelgen.analysis.sweeps.collect import Collection, collection_of, gathered
 from modelgen.analysis.sweeps.shard import Batch
 from modelgen.errors import LoweringError, ModelgenError
 from modelgen.lowering.native import NoCompilerError, native_solver
+from modelgen.solvers.bound_model import operating_point
 from modelgen.solvers.case import Case
 from modelgen.solvers.gather import Gather
 from modelgen.solvers.lanes import solve_lanes
 from modelgen.solvers.native_memory import watched_guards
-from modelgen.solvers.operating_point import operating_point
 from modelgen.solvers.outcome import Outcome
 from modelgen.solvers.problem import InitialValueProblem, SolverOptions, Trajectory
 from modelgen.solvers.registry import method_digest, solve, solver_named, solver_options

@@ -27,7 +27,10 @@ from modelgen.analysis.sweeps.result import SweepResult
 from modelgen.analysis.sweeps.shard import Batch, decode, encode
 from modelgen.analysis.sweeps.store import TABLE, Store, digest_of, opened, refuse_foreign
 from modelgen.analysis.sweeps.work import DEATHS, Work
+from modelgen.analysis.time_domain.window import settled_window
 from modelgen.errors import CaseError
+from modelgen.solvers.asked_case import asked_case
+from modelgen.solvers.bound_model import bind
 from modelgen.solvers.case import Case
 from modelgen.solvers.lanes import cores
 from modelgen.solvers.outcome import Outcome
@@ -41,7 +44,7 @@ Progress = Callable[[int, int], None]
 
 
 def sweep(
-    case: Case,
+    case: Any,
     over: Mapping[str, Any],
     collect: Sequence[str],
     *,
@@ -66,6 +69,8 @@ def sweep(
     outcome in the result, never an error. So is one with which workers die three times, alone and when all else is done; it
     stands in the table, not in the store, so the same sweep tries it again.
 
+    Instead of a case, any model may be given: its points run from the static state, over its settled window.
+
     Raises NamingError, UnitError, ModelError or CaseError for what cannot be asked, for a folder of something else, and where the
     disk does not take the results.
 
@@ -77,8 +82,7 @@ def sweep(
     >>> result["shaft.torque.highest"].round(3).tolist()
     [100.0, 200.0]
     """
-    if not isinstance(case, Case) or case.model is None:
-        raise CaseError("sweep", f"has {case!r:.60} to run", "give a Case with its model")
+    case = asked_case(case, "sweep") if isinstance(case, Case) else _once_settled(case)
     wanted = collection_of(case.model, collect, case.samples)
     most = MEMORY // (8 * (len(over) + wanted.width) + PER_POINT) if isinstance(over, Mapping) else 1
     points = points_of(case.model, over, sampling, count, case.seed, most)
@@ -107,6 +111,13 @@ def sweep(
         result = record.result(case, engine, points, wanted, tuple(store.notes))
         store.write(TABLE, result.csv_text().encode())
     return result
+
+
+def _once_settled(x: Any) -> Case:
+    """A case over the settled window of a model. Raises CaseError for what is none, or has no base frequency."""
+    bound = bind(x, question="sweep")
+    window = settled_window(bound)
+    return asked_case(bound, "sweep", end=window.last, record_from=window.first)
 
 
 def _refuse_unlawful(case: Case, points: Points) -> None:

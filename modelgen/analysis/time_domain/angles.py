@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.analysis.linear.speed_ratios import referred_ratios
-from modelgen.analysis.time_domain.window import Window
+from modelgen.analysis.time_domain.window import Window, settled_window
 from modelgen.errors import CaseError, refuse_unless
+from modelgen.solvers.bound_model import bind
 from modelgen.solvers.crosscheck import without_line
 from modelgen.solvers.operating_point import OperatingPoint
 from modelgen.solvers.solution import Solution
@@ -71,9 +72,15 @@ def angle_channels(names: tuple[str, ...]) -> tuple[str, ...]:
     )
 
 
-def angles(solution: Solution, window: Window, point: OperatingPoint) -> AnglesResult:
-    """Angles and mesh forces of a solution over a window. Raises CaseError where the solution does not cover it."""
+def angles(solution: Solution, window: Window | None = None, point: OperatingPoint | None = None) -> AnglesResult:
+    """Angles and mesh forces of a solution over a window, by default the settled one of its model.
+
+    Raises CaseError where the solution does not cover it.
+    """
     refuse_unless(solution, Solution, "angles")
+    bound = bind(solution.case, question="angles")
+    point = point or bound.operating_point
+    window = window or settled_window(bound, point)
     refuse_unless(window, Window, "angles, window")
     refuse_unless(point, OperatingPoint, "angles, point")
     slack = 1e-9 * max(1.0, abs(window.last))

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import ceil, log
+from typing import Any
 
 import numpy as np
 
 from modelgen.analysis.linear.modal import damped_pairs
 from modelgen.errors import CaseError, refuse_unless
-from modelgen.lowering import Compiled
-from modelgen.solvers.asked_model import asked_model
+from modelgen.solvers.bound_model import bind
 from modelgen.solvers.operating_point import OperatingPoint
 
 DECAY = 1e-3
@@ -37,13 +37,14 @@ class Window:
 
 
 def settled_window(
-    model: Compiled, point: OperatingPoint, revolutions: int = REVOLUTIONS, longest: float = 120.0, decay: float = DECAY
+    model: Any, point: OperatingPoint | None = None, revolutions: int = REVOLUTIONS, longest: float = 120.0, decay: float = DECAY
 ) -> Window:
     """The window in which a run from any start is measured; it ends by ``longest`` [s] even if not settled.
 
     Raises CaseError for a driveline without base frequencies, whose window must be given.
     """
-    model = asked_model(model, "settled_window")
+    bound = bind(model, question="settled_window")
+    model, point = bound.model, point or bound.operating_point
     refuse_unless(point, OperatingPoint, "settled_window, point")
     frequencies = np.asarray(model.mean_model["frequencies"](point.p)).ravel()
     named = [(f, clock.name) for f, clock in zip(frequencies, model.equations.clocks, strict=True) if f > 0]

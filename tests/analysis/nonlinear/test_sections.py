@@ -199,8 +199,8 @@ def test_wrong_patience(options: dict[str, float], words: str) -> None:
 
 def test_wrong_sections() -> None:
     case = Case(two_disks(), end=1.0)
-    with pytest.raises(CaseError, match="asked of a str"):
-        poincare("a text")  # type: ignore[arg-type]
+    with pytest.raises(CaseError, match="asked of int; give a Driveline"):
+        poincare(3)  # type: ignore[arg-type]
     with pytest.raises(CaseError, match="no output"):
         poincare(case, ["shaft.twisst"])
     with pytest.raises(CaseError, match="give 1 "):

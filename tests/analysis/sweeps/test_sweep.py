@@ -216,9 +216,9 @@ def test_numbers_too_large_are_the_outcome_of_their_point(case: Case) -> None:
     assert "give finite numbers" in found.messages[1]  # not a warning of NumPy, which depends on the process
 
 
-def test_a_case_is_needed() -> None:
-    with pytest.raises(CaseError, match="give a Case with its model"):
-        sweep("truck", {"zeta": [0.1]}, COLLECT)  # type: ignore[arg-type]
+def test_a_model_is_needed() -> None:
+    with pytest.raises(CaseError, match="sweep: is asked of int; give a Driveline"):
+        sweep(3, {"zeta": [0.1]}, COLLECT)  # type: ignore[arg-type]
 
 
 def test_unknown_quantities_of_a_result(result: SweepResult) -> None:

@@ -1,6 +1,6 @@
 """Tables and data on their way out: CSV with units in the header, JSON with units in the keys, aligned lines on the terminal.
 
-Part of ``cli``, below every command that answers with tables.
+Part of ``reports``, below every command that answers with tables.
 """
 
 from __future__ import annotations

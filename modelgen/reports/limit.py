@@ -1,7 +1,7 @@
 """The limits that a model chooses, held against a run, in a form that reports and programs read.
 
-Part of ``cli``; the rules themselves, with what is known of them, stand among those of ``analysis``. A model that chooses no rule
-is held against none.
+Part of ``reports``; the rules themselves, with what is known of them, stand among those of ``analysis``. A model that chooses
+no rule is held against none.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 
 from modelgen.analysis.limits.check import LimitRow, LimitsResult, check_limits
 from modelgen.analysis.limits.rulebook import chosen_rules
-from modelgen.cli.diameters import diameters
-from modelgen.cli.limit_values import SEPARATION, response_values, separation_values
-from modelgen.cli.response import Response
 from modelgen.errors import CaseError
+from modelgen.reports.diameters import diameters
+from modelgen.reports.limit_values import SEPARATION, response_values, separation_values
+from modelgen.reports.response import Response
 
 ANGLE = "vibration_angle"
 QUANTITY = "vibration_peak"

@@ -1,7 +1,7 @@
 """``summary.json``: the figures of a run for other programs, in fixed keys and named units.
 
-Part of ``cli``. A figure that a driveline does not have (no gears, shafts with different damping, no cross-check asked for) is
-null, or its table is empty; no number in it is ever infinite or missing without a word.
+Part of ``reports``. A figure that a driveline does not have (no gears, shafts with different damping, no cross-check asked for)
+is null, or its table is empty; no number in it is ever infinite or missing without a word.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ import json
 import math
 from typing import Any
 
-from modelgen.cli import limit
-from modelgen.cli.meshes import contact_ratio, mean_stiffness
-from modelgen.cli.response import Response
-from modelgen.cli.settings import common_ratio, common_switch
+from modelgen.reports import limit
+from modelgen.reports.meshes import contact_ratio, mean_stiffness
+from modelgen.reports.response import Response
+from modelgen.reports.settings import common_ratio, common_switch
 
 
 def summary_text(response: Response, wall: float) -> str:

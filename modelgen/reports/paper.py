@@ -1,6 +1,6 @@
 """``paper.md``: each quantitative claim of the paper beside what the model gives, for every reading of its damping.
 
-Part of ``cli``. Verdicts are computed from the runs; nothing is tuned towards the paper, whose data are not published.
+Part of ``reports``. Verdicts are computed from the runs; nothing is tuned towards the paper, whose data are not published.
 """
 
 from __future__ import annotations
@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 
 from modelgen.analysis import AnglesResult
 from modelgen.analysis.time_domain.angles import InertiaAngles
-from modelgen.cli.progress import Progress
-from modelgen.cli.response import Request, Response, respond
-from modelgen.cli.settings import common_switch, settle
 from modelgen.drivelines.claims import Claims
+from modelgen.reports.progress import Progress
+from modelgen.reports.response import Request, Response, respond
+from modelgen.reports.settings import common_switch, settle
 
 SHAFT_FORMS, MESH_FORMS = ("per_shaft", "modal"), ("corrected", "literal")
 
@@ -136,7 +136,7 @@ def _readings(runs: list[Reading]) -> str:
 
 def paper_text(response: Response, claims: Claims, runs: list[Reading], command: str) -> str:
     """The text of ``paper.md``."""
-    from modelgen.cli.report import environment
+    from modelgen.reports.report import environment
 
     names = [claims.roles[role] for role in claims.roles]
     return (

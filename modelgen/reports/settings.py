@@ -1,6 +1,6 @@
 """The model as it is run: a driveline with the options of the command line applied to it.
 
-Part of ``cli``. Everything ends in the driveline itself, so that the ``model.toml`` of a run says what was run.
+Part of ``reports``. Everything ends in the driveline itself, so that the ``model.toml`` of a run says what was run.
 """
 
 from __future__ import annotations

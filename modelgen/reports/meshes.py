@@ -1,6 +1,6 @@
 """Mesh data that a report prints beside the forces: mean stiffness and contact ratio of each gear pair.
 
-Part of ``cli``, between ``response`` and the files of a run.
+Part of ``reports``, between ``response`` and the files of a run.
 """
 
 from __future__ import annotations
@@ -9,9 +9,9 @@ import math
 
 import numpy as np
 
-from modelgen.cli.response import Response
 from modelgen.gears import Gear, GearMesh
 from modelgen.model import Element, Shared
+from modelgen.reports.response import Response
 
 SAMPLES = 8192  # of one mesh period: exact for Fourier rows
 

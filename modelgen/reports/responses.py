@@ -1,6 +1,6 @@
 """``responses.csv``: the main channels over the last period of the window, with units in the header.
 
-Part of ``cli``. Angles are vibration angles, less their best straight line over the whole window, as in the report.
+Part of ``reports``. Angles are vibration angles, less their best straight line over the whole window, as in the report.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from modelgen.cli.response import Response
+from modelgen.reports.response import Response
 from modelgen.solvers.crosscheck import without_line
 
 MOST_ROWS = 5001

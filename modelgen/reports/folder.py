@@ -1,6 +1,6 @@
 """The output folder of a run: whole or not at all, and never at the cost of somebody else's files.
 
-Part of ``cli``. Everything is written into a temporary sibling, which takes the folder's name by one rename at the end; until
+Part of ``reports``. Everything is written into a temporary sibling, which takes the folder's name by one rename at the end; until
 then the old folder stands untouched, and after a failure or Ctrl-C nothing new stands there.
 """
 

@@ -1,8 +1,9 @@
 """The linear model about an operating point, of the motion and of everything that is seen of it.
 
-Below ``forced``. With q the deviations of the group angles and z the own states of the elements, M q'' + C q' + (K + i H) q = f
-holds in the extended unknowns (q, z), and a channel is y = Y_q q + Y_v q' + i Y_h q. It comes from the compiled torques and
-outputs by differentiation; no element is named, and what varies with time stands at its mean.
+Part of ``solvers``, on ``operating_point``; the linear questions rest on it. With q the deviations of the group angles and z
+the own states of the elements, M q'' + C q' + (K + i H) q = f holds in the extended unknowns (q, z), and a channel is y = Y_q q
++ Y_v q' + i Y_h q. It comes from the compiled torques and outputs by differentiation; no element is named, and what varies with
+time stands at its mean.
 
 Loss factor: a damper whose coefficient is stated at a ``reference_frequency`` (c = eta k / omega_ref) is a complex stiffness
 i eta k in the frequency domain, the same at every frequency. Such parts go into H and Y_h.

@@ -1,6 +1,7 @@
 """Diameters of shafts, from the command line or from the model: with them a torque becomes a shear stress.
 
-Part of ``cli``, shared by ``forced`` and ``limits``. A mass-elastic table leaves diameters as parameters named SHAFT_diameter.
+Part of ``reports``, shared by ``forced`` and ``limits``. A mass-elastic table leaves diameters as parameters named
+SHAFT_diameter.
 """
 
 from __future__ import annotations
@@ -8,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from modelgen.cli.question import pair
+from modelgen.reports.assignments import pair
 
 if TYPE_CHECKING:
     from modelgen.analysis.linear.shear_stress import Diameter

@@ -1,6 +1,7 @@
 """Which figures a run draws, where they stand in the report, and what is written below them.
 
-Part of ``cli``; the drawing is that of ``plots``. Nine or ten figures for a geared driveline, the paper's Fig. 1 to 8 among them.
+Part of ``reports``; the drawing is that of ``plots``. Nine or ten figures for a geared driveline, the paper's Fig. 1 to 8 among
+them.
 """
 
 from __future__ import annotations
@@ -11,10 +12,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from modelgen.cli import limit
-from modelgen.cli.progress import Progress
-from modelgen.cli.response import GIVEN, LOWEST_MODE, Response
+from modelgen.analysis.time_domain.settled import GIVEN, LOWEST_MODE
 from modelgen.errors import CaseError
+from modelgen.reports import limit
+from modelgen.reports.progress import Progress
+from modelgen.reports.response import Response
 
 FOLDER = "figures"
 

@@ -1,6 +1,6 @@
 """``report.md``: what was run, what came out, in which definitions, from which data.
 
-Part of ``cli``. This file only gathers; the words and the layout stand in ``templates/report.md.jinja``.
+Part of ``reports``. This file only gathers; the words and the layout stand in ``templates/report.md.jinja``.
 """
 
 from __future__ import annotations
@@ -14,11 +14,12 @@ import numpy as np
 
 from modelgen import __version__
 from modelgen.analysis.linear.mode_numbers import mode_cell
-from modelgen.cli import limit
-from modelgen.cli.figures import Figure
-from modelgen.cli.response import GIVEN, LOWEST_MODE, SAMPLES_PER_PERIOD, Response, base_frequencies
-from modelgen.cli.summary import summary
+from modelgen.analysis.time_domain.settled import GIVEN, LOWEST_MODE, SAMPLES_PER_PERIOD, base_frequencies
 from modelgen.model import Element, Shared
+from modelgen.reports import limit
+from modelgen.reports.figures import Figure
+from modelgen.reports.response import Response
+from modelgen.reports.summary import summary
 
 Row = dict[str, Any]
 
@@ -45,7 +46,7 @@ def report_text(response: Response, figures: Sequence[Figure], command: str = ""
             rate=response.rate,
             thinned=response.thinned,
             samples_per_period=SAMPLES_PER_PERIOD,
-            bases=base_frequencies(response),
+            bases=base_frequencies(response.model, response.point),
             rpm=_rpm(response),
             balanced=_balanced(response),
             modes=_modes(response),
@@ -70,7 +71,7 @@ def environment() -> Any:
     import jinja2  # only texts need it
 
     made = jinja2.Environment(
-        loader=jinja2.PackageLoader("modelgen.cli", "templates"),
+        loader=jinja2.PackageLoader("modelgen.reports", "templates"),
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,

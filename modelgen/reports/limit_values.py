@@ -1,7 +1,7 @@
 """The values that limits judge, by name and with units: angles, torques, stresses, distances from what excites.
 
-Part of ``cli``, below the command ``limits``. Angles and torques come from the settled response (``response``) or from the linear
-forced one at the operating speed.
+Part of ``reports``, below the command ``limits``. Angles and torques come from the settled response (``response``) or from the
+linear forced one at the operating speed.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from modelgen.analysis.limits.separation import critical_speed_ratios, separatio
 from modelgen.analysis.linear.campbell import OrderLine, order_lines
 from modelgen.analysis.linear.orders import order_number
 from modelgen.analysis.linear.shear_stress import Diameter, outer_diameter, shear_stress_factor
-from modelgen.cli.progress import Progress
-from modelgen.cli.response import Request, Response, respond
 from modelgen.errors import CaseError
 from modelgen.lowering import Compiled
 from modelgen.model import Driveline
+from modelgen.reports.progress import Progress
+from modelgen.reports.response import Request, Response, respond
 
 Values = dict[str, Any]
 SWINGING = {".angle_deviation": "vibration_angle", ".elastic_angle": "elastic_angle", ".twist": "twist"}

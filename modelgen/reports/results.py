@@ -1,6 +1,6 @@
 """The files of a run, written into one folder: model, equations, figures, channels, report, summary.
 
-Part of ``cli``. The summary comes last, because it holds the time that everything took.
+Part of ``reports``. The summary comes last, because it holds the time that everything took.
 """
 
 from __future__ import annotations
@@ -8,15 +8,15 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
-from modelgen.cli.figures import draw_figures
-from modelgen.cli.paper import paper_text, readings
-from modelgen.cli.progress import Progress
-from modelgen.cli.report import report_text
-from modelgen.cli.response import Response
-from modelgen.cli.responses import write_responses
-from modelgen.cli.summary import summary_text
 from modelgen.drivelines.claims import claims_of
 from modelgen.model.files import write_model
+from modelgen.reports.figures import draw_figures
+from modelgen.reports.paper import paper_text, readings
+from modelgen.reports.progress import Progress
+from modelgen.reports.report import report_text
+from modelgen.reports.response import Response
+from modelgen.reports.responses import write_responses
+from modelgen.reports.summary import summary_text
 
 
 def write_results(response: Response, folder: Path, command: str, begun: float, progress: Progress) -> None:

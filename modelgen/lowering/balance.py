@@ -9,13 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 
-import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.equations.records import Equations
 from modelgen.errors import BalanceError
-from modelgen.lowering.sampled_turn import mean_values
+from modelgen.lowering.mean_model import MeanModel
 
 Array = NDArray[np.float64]
 
@@ -23,11 +22,10 @@ Array = NDArray[np.float64]
 class LoadBalance:
     """Sets the scales of a driveline's balanced loads in a parameter vector."""
 
-    def __init__(self, equations: Equations, mean_model: Mapping[str, ca.Function], slices: Mapping[str, slice]) -> None:
+    def __init__(self, equations: Equations, mean_model: MeanModel, slices: Mapping[str, slice]) -> None:
         self.where = f"driveline {equations.name!r}"
         self.mean_model, self.may_drive = mean_model, equations.balance_may_drive
         self.entries = {name: slices[name].start for name in equations.balanced}
-        self.own = np.array([state.start for state in equations.states if state.kind == "own"])
 
     def __call__(self, p: Array, fixed: Collection[str]) -> None:
         """Scales the balanced loads in ``p``, but for those ``fixed`` by name.
@@ -39,8 +37,8 @@ class LoadBalance:
             return
         entries = [self.entries[name] for name in names]
         given = p[entries].copy()
-        speed, by_speed = (each.full() for each in self.mean_model["ratios"](p)[1:])
-        speed, count = speed.ravel(), by_speed.shape[1]
+        _, speed, by_speed = self.mean_model.ratios_at(p)
+        count = by_speed.shape[1]
         if count > 1 and len(names) != count:
             what = f"balances {len(names)} load{'s' * (len(names) > 1)}, but {count} mean speeds are given"
             raise BalanceError(self.where, what, "balance one load for each of them")
@@ -69,8 +67,8 @@ class LoadBalance:
 
     def _torque(self, p: Array, groups: int) -> Array:
         """Mean torque [N*m] on each group at zero angles."""
-        zeros = np.zeros(groups)
-        return np.asarray(self.mean_model["torque"](zeros, zeros, self.own, p, mean_values(self.mean_model, p))[0]).ravel()
+        mean = self.mean_model
+        return mean.torque_at(p, mean.means_at(p), np.zeros(groups), mean.own_start)
 
     def _one_factor(self, speed: Array, without: float, load: float) -> Array:
         """The factor of all loads at one operating speed: power without them, and what they add [W]."""

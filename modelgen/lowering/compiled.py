@@ -17,6 +17,7 @@ import numpy as np
 
 from modelgen.equations.records import Equations
 from modelgen.errors import CaseError, nearest
+from modelgen.lowering.mean_model import MeanModel
 from modelgen.lowering.parameters import ParameterTable
 from modelgen.lowering.sampling import sampled
 from modelgen.lowering.switched import SwitchedModel, SwitchingParts, switched_model
@@ -41,11 +42,7 @@ class Compiled:
     """Numeric functions of one driveline; nothing in it is rebuilt when a parameter changes.
 
     ``expressions`` hands out plain CasADi SX (keys t, x, p, ode, outputs) for other tools. ``mean_model`` holds the functions for
-    equilibrium and linearization: torque(angle, speed, own, p, w), linear(...) -> M, C, K, elements(...) -> torque on every
-    flange and mass terms, outputs(...), holders(...) as in ``modelgen.lowering.holders``, timed(clock angles, t, p) -> w,
-    means(p) -> values and flags, completed(p) -> p with its expressions, angles(x, p), coordinates(angle, speed, own, p),
-    frequencies(p), nodes(p) -> angles of the nodes per angles of the groups, ratios(p) -> speeds of the groups per speed of the
-    reference shaft, mean speeds, and these per each given speed.
+    equilibrium and linearization.
 
     All these find discrete modes by comparison. ``switched`` gives the same model with modes as flags at the tail of p, for
     solvers that locate events; ``switching_parts`` builds it when it is first asked for.
@@ -57,7 +54,7 @@ class Compiled:
     states: tuple[str, ...]
     outputs: tuple[str, ...]
     units: tuple[str, ...]
-    mean_model: Mapping[str, ca.Function]
+    mean_model: MeanModel
     switching_parts: Callable[[], SwitchingParts]
     origin: Compiled | None = None
 

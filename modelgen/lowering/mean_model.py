@@ -10,8 +10,12 @@ in some of them is zero: a brake that sticks holds nothing here, but its slip, i
 from __future__ import annotations
 
 import itertools
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
 
 from modelgen.lowering.arguments import arguments_at
 from modelgen.lowering.channels import channels_of
@@ -22,10 +26,90 @@ from modelgen.lowering.holders import holders_of
 from modelgen.lowering.mass import matrix_of
 from modelgen.lowering.mean_turn import mean_over_turns
 from modelgen.lowering.motion import coordinates_of, group_values, motion_of_angles
+from modelgen.lowering.sampled_turn import sampled_turn
+
+Array = NDArray[np.float64]
+SAMPLES = 2048  # of one turn of each clock: exact for Fourier rows below this order
 
 
-def mean_model(fixed: Fixed, clocks: Clocks, x: ca.SX) -> dict[str, ca.Function]:
-    """Functions for equilibrium and linearization; see ``Compiled.mean_model``.
+class SpeedRatios(NamedTuple):
+    """Speeds of the groups: ``ratio`` per speed of the reference shaft, mean ``speed`` [rad/s], ``by_speed`` (groups, given)."""
+
+    ratio: Array
+    speed: Array
+    by_speed: Array
+
+
+class Matrices(NamedTuple):
+    """Mass [kg*m^2], damping [N*m*s/rad] and stiffness [N*m/rad] over the angles of the groups."""
+
+    mass: Array
+    damping: Array
+    stiffness: Array
+
+
+@dataclass(frozen=True, eq=False)
+class MeanModel:
+    """The functions of CasADi that equilibrium and linearization use; those that end in ``_at`` give their numbers.
+
+    Arguments: ``angle`` and ``speed``, deviations of the groups from uniform rotation; ``own`` states; ``p``; ``w``, the timed
+    quantities of all instances. ``own_start``: the own states where they begin.
+
+    ``torque``, ``linear``, ``elements`` and ``outputs`` of (angle, speed, own, p, w): torques on the groups [N*m] and rates of
+    own states; mass, damping, stiffness; torque on every flange and mass terms; all channels. ``holders`` of the same: what
+    sticks (``modelgen.lowering.holders``). ``timed`` (clock angles, t, p) -> w. ``means`` (p) -> w over a period, and flags of
+    those that are stated. ``completed`` (p) -> p with its expressions. ``angles`` (x, p) -> angles and speeds; ``coordinates``
+    (angle, speed, own, p) -> x. ``frequencies`` (p) of the base frequencies [rad/s]. ``nodes`` (p) -> angles of the nodes per
+    angles of the groups. ``ratios`` (p) -> see ``SpeedRatios``.
+    """
+
+    own_start: Array
+    torque: ca.Function
+    linear: ca.Function
+    elements: ca.Function
+    outputs: ca.Function
+    holders: ca.Function
+    completed: ca.Function
+    timed: ca.Function
+    means: ca.Function
+    angles: ca.Function
+    coordinates: ca.Function
+    frequencies: ca.Function
+    nodes: ca.Function
+    ratios: ca.Function
+
+    def torque_at(self, p: Array, mean: Array, angle: Array, own: Array) -> Array:
+        """Torque [N*m] on each group at rest."""
+        return np.asarray(self.torque(angle, np.zeros(len(angle)), own, p, mean)[0]).ravel()
+
+    def matrices_at(self, p: Array, mean: Array, angle: Array, own: Array) -> Matrices:
+        """The matrices at rest at these angles."""
+        return Matrices(*(each.full() for each in self.linear(angle, np.zeros(len(angle)), own, p, mean)))
+
+    def means_at(self, p: Array) -> Array:
+        """Means over a period of every quantity that varies with time only: as stated by its element, else by sampling."""
+        stated, explicit = (np.asarray(each).ravel() for each in self.means(p))
+        if not explicit.all():
+            rows = np.flatnonzero(explicit == 0)
+            stated[rows] = sampled_turn(self.timed, SAMPLES, tuple(rows.tolist()))(p).mean(axis=1)
+        return stated
+
+    def frequencies_at(self, p: Array) -> Array:
+        """Base frequencies [rad/s], in the order of the clocks."""
+        return np.asarray(self.frequencies(p)).ravel()
+
+    def nodes_at(self, p: Array) -> Array:
+        """Angles of the nodes per angles of the groups (nodes, groups)."""
+        return np.asarray(self.nodes(p).full())
+
+    def ratios_at(self, p: Array) -> SpeedRatios:
+        """Speeds of the groups."""
+        ratio, speed, by_speed = self.ratios(p)
+        return SpeedRatios(np.asarray(ratio).ravel(), np.asarray(speed).ravel(), by_speed.full())
+
+
+def mean_model(fixed: Fixed, clocks: Clocks, x: ca.SX) -> MeanModel:
+    """Functions for equilibrium and linearization.
 
     ``x`` is the vector of states, [angle, speed] are deviations of the groups from uniform rotation, and w stands for the timed
     quantities of all instances, one after the other.
@@ -70,7 +154,8 @@ def mean_model(fixed: Fixed, clocks: Clocks, x: ca.SX) -> dict[str, ca.Function]
         "nodes": ([p], [_rows(fixed.node_rows, n)]),
         "ratios": ([p], [ca.vertcat(*fixed.ratios), ca.vertcat(*fixed.mean_speeds), _by_speed(fixed)]),
     }
-    return {name: ca.Function(name, inputs, results) for name, (inputs, results) in functions.items()}
+    start = np.array([state.start for state in eq.states if state.kind == "own"])
+    return MeanModel(start, **{name: ca.Function(name, inputs, results) for name, (inputs, results) in functions.items()})
 
 
 def _rows(rows: list[dict[int, ca.SX]], groups: int) -> ca.SX:

@@ -1,13 +1,13 @@
-"""What varies with time only, over one turn of the clocks, and its means: sampled once for the parameters that it depends on.
+"""What varies with time only, over one turn of the clocks, sampled once for the parameters that it depends on.
 
-Part of ``lowering``, on the functions of the mean model; the balance of loads, the operating point and the scales use it.
+Part of ``lowering``, below ``mean_model``; the scales of the states use it too.
 Sampling is their dearest part; a sweep of other parameters does it once, and none repeats what it does not need.
 """
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 import casadi as ca
 import numpy as np
@@ -15,17 +15,6 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 KEPT = 16  # sets of parameters
-SAMPLES = 2048  # of one turn of each clock: exact for Fourier rows below this order
-
-
-def mean_values(mean_model: Mapping[str, ca.Function], p: Array) -> Array:
-    """Means over a period of every quantity that varies with time only: as stated by its element, else by sampling."""
-    stated, explicit = (np.asarray(each).ravel() for each in mean_model["means"](p))
-    if explicit.all():
-        return stated
-    rows = np.flatnonzero(explicit == 0)
-    stated[rows] = sampled_turn(mean_model["timed"], SAMPLES, tuple(rows.tolist()))(p).mean(axis=1)
-    return stated
 
 
 @functools.lru_cache(maxsize=16)

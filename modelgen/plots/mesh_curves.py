@@ -112,7 +112,7 @@ class _Pair:
     def curves(self, highest_order: int) -> MeshCurves:
         name = self.instance.name
         clock = next(iter(self.instance.clocks.values()))
-        frequency = float(np.asarray(self.model.mean_model["frequencies"](self.point.p)).ravel()[clock])
+        frequency = float(self.model.mean_model.frequencies_at(self.point.p)[clock])
         period = 2 * np.pi / frequency if frequency > 0 else 0.0
         phase = np.linspace(0.0, 2.0, 2 * SAMPLES + 1)
         wanted = [f"{name}.{last}" for last in ("mesh_stiffness", "mesh_damping", "deflection", "error", "radius_a", "radius_b")]
@@ -157,7 +157,7 @@ class _Pair:
             return {}
         model, point = self.model, self.point
         nodes = [self.instance.nodes[flange] for flange in ("a", "b")]
-        rows = model.mean_model["nodes"](point.p).full()[nodes]
+        rows = model.mean_model.nodes_at(point.p)[nodes]
         j_a, j_b = (float(1 / (row @ np.linalg.solve(point.mass, row))) for row in rows)
         return {form: mesh_damping(stiffness, j_a, j_b, radius_a, radius_b, ratio, form) for form in FORMS}
 

@@ -78,7 +78,7 @@ def _at_the_extreme(part: Solution, name: str) -> Solution | None:
     names = [] if model is None else [clock.name for clock in model.equations.clocks]
     if model is None or f"{name}.contact" not in names:
         return None
-    frequencies = np.asarray(model.mean_model["frequencies"](model.parameters.unbalanced(part.case.parameters))).ravel()
+    frequencies = model.mean_model.frequencies_at(model.parameters.unbalanced(part.case.parameters))
     frequency = float(frequencies[names.index(f"{name}.contact")]) / (2 * np.pi)
     first, last = float(part.times[0]), float(part.times[-1])
     if (last - first) * frequency <= READABLE:

@@ -21,7 +21,7 @@ def mean_stiffness(response: Response, pair: str) -> float | None:
     model, channel = response.model, f"{pair}.mesh_stiffness"
     if channel not in model.outputs:
         return None
-    frequencies = np.asarray(model.mean_model["frequencies"](response.point.p)).ravel()
+    frequencies = model.mean_model.frequencies_at(response.point.p)
     named = {clock.name: float(f) for clock, f in zip(model.equations.clocks, frequencies, strict=True)}
     frequency = named.get(f"{pair}.contact", 0.0)
     period = 2 * math.pi / frequency if frequency > 0 else 1.0

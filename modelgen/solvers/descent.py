@@ -10,12 +10,13 @@ regularization; J. Nocedal, S. Wright, Numerical Optimization (2006), ch. 3 (lin
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from modelgen.lowering.mean_model import MeanModel
 
 Array = NDArray[np.float64]
 ITERATIONS = 400
@@ -35,8 +36,10 @@ class Rest:
     ``drive`` [N*m] are the torques on the groups that accelerate; ``extra`` [N*m] further constant ones, as of what slips.
     """
 
-    functions: Mapping[str, Any]
-    arguments: tuple[Array, Array, Array]
+    functions: MeanModel
+    own: Array
+    p: Array
+    mean: Array
     to_angles: Array
     drive: Array
     mass: Array
@@ -46,7 +49,7 @@ class Rest:
     def torque(self, u: Array) -> Array:
         """Torques on the groups that do not balance [N*m]."""
         angle = self.to_angles @ u
-        found = np.asarray(self.functions["torque"](angle, np.zeros(len(angle)), *self.arguments)[0]).ravel() - self.drive
+        found = self.functions.torque_at(self.p, self.mean, angle, self.own) - self.drive
         return found if self.extra is None else found + self.extra
 
     def force(self, u: Array) -> Array:
@@ -56,7 +59,7 @@ class Rest:
     def stiffness(self, u: Array) -> Array:
         """-d force / du."""
         angle = self.to_angles @ u
-        matrix = self.functions["linear"](angle, np.zeros(len(angle)), *self.arguments)[2].full()
+        matrix = self.functions.matrices_at(self.p, self.mean, angle, self.own).stiffness
         return np.asarray(self.to_angles.T @ matrix @ self.to_angles)
 
     @property
@@ -67,7 +70,7 @@ class Rest:
     @property
     def is_linear(self) -> bool:
         """Whether the stiffness is the same everywhere."""
-        return bool(self.functions["linear"].jac_sparsity(2, 0).nnz() == 0)
+        return bool(self.functions.linear.jac_sparsity(2, 0).nnz() == 0)
 
     def over(self, basis: Array, extra: Array) -> Rest:
         """The same in fewer coordinates v with u = basis @ v, and with further torques on the groups."""

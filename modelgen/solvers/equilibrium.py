@@ -1,6 +1,6 @@
-"""The mean model in numbers: coordinates and angles, torques, and the linear matrices at given angles.
+"""Coordinates in numbers: the linear map between the angles of the groups and the states that were chosen for them.
 
-Below ``lowering``; ``static_state`` finds the equilibrium in these terms.
+Part of ``solvers``, on the mean model; ``static_state`` finds the equilibrium in these terms.
 """
 
 from __future__ import annotations
@@ -35,14 +35,12 @@ class Coordinates:
     def of(cls, model: Compiled, p: Array) -> Coordinates:
         """The map for one set of parameters."""
         eq = model.equations
-        n, own = len(eq.steps), len(own_start(model))
+        n, own = len(eq.steps), len(model.mean_model.own_start)
         columns = np.eye(len(eq.states))[:, :n]
-        to_angles = np.asarray(model.mean_model["angles"].map(n)(columns, p)[0]) if n else np.zeros((0, 0))
+        to_angles = np.asarray(model.mean_model.angles.map(n)(columns, p)[0]) if n else np.zeros((0, 0))
         zeros = np.zeros((n, n))
-        states = np.asarray(model.mean_model["coordinates"].map(n)(np.eye(n), zeros, np.zeros((own, n)), p))[:n] if n else zeros
-        found = model.mean_model["ratios"](p)
-        ratio, speed = (np.asarray(each).ravel() for each in found[:2])
-        by_speed = found[2].full() if n else zeros
+        states = np.asarray(model.mean_model.coordinates.map(n)(np.eye(n), zeros, np.zeros((own, n)), p))[:n] if n else zeros
+        ratio, speed, by_speed = model.mean_model.ratios_at(p)
         roots = [step.state for step in eq.steps if step.form is None]
         return cls(to_angles, states, roots, [k for k in range(n) if k not in roots], ratio, speed, by_speed)
 
@@ -50,19 +48,3 @@ class Coordinates:
     def rigid(self) -> Array:
         """Rigid rotations as columns over the groups."""
         return self.to_angles[:, self.roots]
-
-
-def own_start(model: Compiled) -> Array:
-    """Start values of the elements' own states."""
-    return np.array([state.start for state in model.equations.states if state.kind == "own"])
-
-
-def mean_torque(model: Compiled, p: Array, mean: Array, angle: Array, own: Array) -> Array:
-    """Torque [N*m] on each group at rest in the mean model."""
-    return np.asarray(model.mean_model["torque"](angle, np.zeros(len(angle)), own, p, mean)[0]).ravel()
-
-
-def linear_model(model: Compiled, p: Array, mean: Array, angle: Array, own: Array) -> tuple[Array, Array, Array]:
-    """M, C, K over group angles, of the mean model at rest at these angles."""
-    mass, damping, stiffness = model.mean_model["linear"](angle, np.zeros(len(angle)), own, p, mean)
-    return mass.full(), damping.full(), stiffness.full()

@@ -20,7 +20,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.lowering import Compiled
-from modelgen.solvers.equilibrium import own_start
 from modelgen.solvers.operating_point import OperatingPoint
 
 Array = NDArray[np.float64]
@@ -57,7 +56,7 @@ def linearize(
     Raises CaseError for a channel that does not exist.
     """
     function = _derivatives(model, tuple(model.output_index(name) for name in channels))
-    n, own = len(point.angle), own_start(model)
+    n, own = len(point.angle), model.mean_model.own_start
     size = n + len(own)
     stated = stated_frequencies(model) if complex_stiffness else []
 
@@ -103,9 +102,9 @@ def linearize(
 @functools.lru_cache(maxsize=16)
 def seen(model: Compiled, rows: tuple[int, ...]) -> ca.Function:
     """(angle, speed, own, p, w) -> torques on the groups, rates of own states, the output channels of these rows."""
-    given = model.mean_model["torque"].sx_in()
-    torque, rates = model.mean_model["torque"](*given)
-    outputs = model.mean_model["outputs"](*given)
+    given = model.mean_model.torque.sx_in()
+    torque, rates = model.mean_model.torque(*given)
+    outputs = model.mean_model.outputs(*given)
     return ca.Function("seen", given, [ca.densify(ca.vertcat(torque, rates, outputs[list(rows)]))])
 
 
@@ -115,7 +114,7 @@ def _derivatives(model: Compiled, rows: tuple[int, ...]) -> ca.Function:
     given = seen(model, rows).sx_in()
     angle, speed, own = given[:3]
     value = seen(model, rows)(*given)
-    mass = model.mean_model["linear"](*given)[0]
+    mass = model.mean_model.linear(*given)[0]
     return ca.Function("derivatives", given, [value, mass, ca.jacobian(value, ca.vertcat(angle, own)), ca.jacobian(value, speed)])
 
 

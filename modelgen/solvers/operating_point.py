@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from modelgen.errors import CaseError
 from modelgen.lowering import Compiled
 from modelgen.lowering.parameters import MODAL
-from modelgen.lowering.sampled_turn import mean_values
-from modelgen.solvers.equilibrium import Coordinates, linear_model, mean_torque, own_start
+from modelgen.solvers.equilibrium import Coordinates
 from modelgen.solvers.static_state import StaticState, remaining_torques, static_state
 from modelgen.solvers.undamped_modes import natural_modes
 
@@ -56,7 +55,7 @@ class OperatingPoint:
         """Where several speeds are given: the shaft of each, the mean torque left along it, and the sum of the sizes."""
         if self.coordinates.by_speed.shape[1] < 2:
             return []
-        torque = mean_torque(model, self.p, self.mean, np.zeros(len(self.angle)), own_start(model))
+        torque = model.mean_model.torque_at(self.p, self.mean, np.zeros(len(self.angle)), model.mean_model.own_start)
         return remaining_torques(model, torque, self.coordinates)
 
 
@@ -79,22 +78,22 @@ def point_of(model: Compiled, must_rest: bool = True) -> OperatingPoint:
     """The operating point for the values that a model holds; see ``bound_model.operating_point``."""
     p = model.parameters.vector()
     coordinates = Coordinates.of(model, p)
-    mean = mean_values(model.mean_model, p)
+    mean = model.mean_model.means_at(p)
     if len(coordinates.ratio):
-        _check_finite(model, *linear_model(model, p, mean, np.zeros(len(coordinates.ratio)), own_start(model)))
+        _check_finite(model, *model.mean_model.matrices_at(p, mean, np.zeros(len(coordinates.ratio)), model.mean_model.own_start))
     try:
         rest, no_rest = static_state(model, p, mean, coordinates), ""
     except CaseError as error:
         if must_rest:
             raise
         rest, no_rest = StaticState(np.zeros(len(coordinates.ratio)), 0.0, {}, ()), f"{error.where}: {error.problem}"
-    own, angle = own_start(model), rest.angle
-    mass, damping, stiffness = linear_model(model, p, mean, angle, own)
+    own, angle = model.mean_model.own_start, rest.angle
+    mass, damping, stiffness = model.mean_model.matrices_at(p, mean, angle, own)
     if model.equations.modal_ratio is not None:
         zeta = model.parameters.value(p, model.equations.modal_ratio)
         p[model.parameters.slices[MODAL]] = _modal_damping(mass, stiffness, zeta).ravel(order="F")
-        mass, damping, stiffness = linear_model(model, p, mean, angle, own)
-    start = np.asarray(model.mean_model["coordinates"](angle, np.zeros_like(angle), own, p)).ravel()
+        mass, damping, stiffness = model.mean_model.matrices_at(p, mean, angle, own)
+    start = np.asarray(model.mean_model.coordinates(angle, np.zeros_like(angle), own, p)).ravel()
     return OperatingPoint(
         p, mean, angle, start, mass, damping, stiffness, rest.drift, coordinates, rest.holding, rest.remarks, no_rest
     )

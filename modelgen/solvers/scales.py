@@ -14,7 +14,7 @@ import numpy as np
 
 from modelgen.lowering import Compiled
 from modelgen.lowering.sampled_turn import sampled_turn
-from modelgen.solvers.equilibrium import Array, own_start
+from modelgen.solvers.equilibrium import Array
 from modelgen.solvers.operating_point import OperatingPoint
 
 SAMPLES = 256
@@ -54,7 +54,7 @@ def _own_stiffness(model: Compiled, point: OperatingPoint) -> Array:
     """Stiffness of each coordinate by itself; where it has none at rest (inside a gap), that of a larger displacement."""
     c = point.coordinates
     stiffness = np.abs(np.diag(c.to_angles.T @ point.stiffness @ c.to_angles)).copy()
-    own = own_start(model)
+    own = model.mean_model.own_start
     zeros = np.zeros(len(point.angle))
     for k in c.forms:
         if stiffness[k] > 0:
@@ -62,7 +62,7 @@ def _own_stiffness(model: Compiled, point: OperatingPoint) -> Array:
         column = c.to_angles[:, k]
         for reach in 10.0 ** np.arange(-7, 1):
             places = (point.angle - reach * column, point.angle + reach * column)
-            ends = [model.mean_model["torque"](place, zeros, own, point.p, point.mean)[0] for place in places]
+            ends = [model.mean_model.torque(place, zeros, own, point.p, point.mean)[0] for place in places]
             stiffness[k] = max(stiffness[k], abs(float(column @ np.asarray(ends[1] - ends[0]).ravel())) / (2 * reach))
     return stiffness
 
@@ -71,7 +71,7 @@ def _reference_torque(model: Compiled, point: OperatingPoint, start: Array) -> f
     """Largest torque on any group [N*m at the reference shaft] over a turn of the clocks, of the sources and at the start."""
     c, n = point.coordinates, len(model.equations.steps)
     own = np.tile(start[2 * n :, None], SAMPLES)
-    timed, torque = sampled_turn(model.mean_model["timed"], SAMPLES)(point.p), _torques_over_a_turn(model)
+    timed, torque = sampled_turn(model.mean_model.timed, SAMPLES)(point.p), _torques_over_a_turn(model)
     largest = 0.0
     for angle in (np.zeros(n), c.to_angles @ start[:n]):
         found = torque(np.tile(angle[:, None], SAMPLES), np.zeros((n, SAMPLES)), own, point.p, timed)[0]
@@ -82,7 +82,7 @@ def _reference_torque(model: Compiled, point: OperatingPoint, start: Array) -> f
 @functools.lru_cache(maxsize=8)
 def _torques_over_a_turn(model: Compiled) -> Any:
     """The torques on the groups as one call over all samples of a turn; made once per model."""
-    return model.mean_model["torque"].map(SAMPLES)
+    return model.mean_model.torque.map(SAMPLES)
 
 
 def _vibration_energy(point: OperatingPoint, rates: Array) -> float:

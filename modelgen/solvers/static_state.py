@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from modelgen.errors import BalanceError, CaseError
 from modelgen.lowering import Compiled
 from modelgen.solvers.descent import Rest, settle
-from modelgen.solvers.equilibrium import Coordinates, linear_model, mean_torque, own_start
+from modelgen.solvers.equilibrium import Coordinates
 from modelgen.solvers.sticking import holders_at_rest, stick_and_slip
 
 Array = NDArray[np.float64]
@@ -43,15 +43,17 @@ def static_state(model: Compiled, p: Array, mean: Array, coordinates: Coordinate
     n = len(coordinates.ratio)
     if n == 0:
         return StaticState(np.zeros(0), 0.0, {}, ())
-    own, angle = own_start(model), np.zeros(n)
-    torque, mass = mean_torque(model, p, mean, angle, own), linear_model(model, p, mean, angle, own)[0]
+    own, angle = model.mean_model.own_start, np.zeros(n)
+    torque, mass = model.mean_model.torque_at(p, mean, angle, own), model.mean_model.matrices_at(p, mean, angle, own).mass
     holders = holders_at_rest(model, p, mean, own, coordinates)
     held = [root for root in coordinates.roots if holders.act_on(coordinates.to_angles[:, root])]
     drive, drift = _drift(model, torque, mass, coordinates, held)
     columns = [*coordinates.forms, *held]
     rest = Rest(
         model.mean_model,
-        arguments=(own, p, mean),
+        own=own,
+        p=p,
+        mean=mean,
         to_angles=coordinates.to_angles[:, columns],
         drive=drive,
         mass=mass,
@@ -59,8 +61,8 @@ def static_state(model: Compiled, p: Array, mean: Array, coordinates: Coordinate
     )
     found = stick_and_slip(rest, holders) if holders.names else settle(rest)
     if found.missing is not None:
-        found_missing = f"has no static equilibrium: {found.missing}"
-        raise CaseError(f"driveline {model.name!r}", found_missing, 'start from "zero" or from given states')
+        what = f"has no static equilibrium: {found.missing}"
+        raise CaseError(f"driveline {model.name!r}", what, 'start from "zero" or from given states')
     return StaticState(rest.to_angles @ found.place, drift, found.holding, found.remarks)
 
 

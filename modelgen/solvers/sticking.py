@@ -51,7 +51,7 @@ def holders_at_rest(model: Compiled, p: Array, mean: Array, own: Array, coordina
     names, zeros = holder_names(model.equations), np.zeros(len(coordinates.ratio))
     if not names:
         return Holders((), np.zeros((0, len(zeros))), np.zeros((len(zeros), 0)), np.zeros(0), np.zeros(0))
-    slip, *rest = (each.full() for each in model.mean_model["holders"](zeros, zeros, own, p, mean))
+    slip, *rest = (each.full() for each in model.mean_model.holders(zeros, zeros, own, p, mean))
     fastest = float(np.abs(coordinates.speed).max(initial=0.0))
     still = np.abs(slip.ravel()) <= AT_REST * fastest if fastest else slip.ravel() == 0.0
     by_speed, by_multiplier, lower, upper = rest

@@ -20,7 +20,7 @@ def facts(line: Driveline) -> tuple[dict[str, float], np.ndarray, float, dict[st
     """Base frequencies [Hz], natural frequencies [Hz], drift [rad/s^2], output channels at rest."""
     model = lower(assemble(line))
     point = operating_point(model)
-    hertz = np.asarray(model.mean_model["frequencies"](point.p)).ravel() / (2 * np.pi)
+    hertz = model.mean_model.frequencies_at(point.p) / (2 * np.pi)
     bases = dict(zip((clock.name for clock in model.equations.clocks), hertz.tolist(), strict=True))
     return bases, point.frequencies(), point.drift, model.evaluate(0.0, point.start, point.p)
 

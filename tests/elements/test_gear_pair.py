@@ -12,7 +12,6 @@ from modelgen.equations import assemble
 from modelgen.errors import ModelError
 from modelgen.gears import mesh_stiffness_rows
 from modelgen.lowering import lower
-from modelgen.lowering.sampled_turn import mean_values
 from modelgen.model import Driveline
 from modelgen.solvers.bound_model import operating_point
 
@@ -77,13 +76,13 @@ def test_table_joined_by_straight_lines():
     model = compiled(mesh="table", stiffness_table=table)
     expected = np.interp(PHASES % 1, np.arange(5) / 4, [*table, table[0]])
     assert stiffnesses(model) == pytest.approx(expected, rel=1e-11)
-    assert mean_values(model.mean_model, model.parameters.vector())[0] == pytest.approx(np.mean(table), rel=1e-15)
+    assert model.mean_model.means_at(model.parameters.vector())[0] == pytest.approx(np.mean(table), rel=1e-15)
 
 
 def test_rectangular_stiffness_is_high_while_two_pairs_carry():
     model = compiled(mesh="rectangular", stiffness_high=3e8, stiffness_low=2e8, contact_ratio=1.6)
     assert stiffnesses(model) == [3e8, 3e8, 3e8, 2e8, 2e8, 3e8, 3e8, 3e8]
-    assert mean_values(model.mean_model, model.parameters.vector())[0] == pytest.approx(0.6 * 3e8 + 0.4 * 2e8, rel=1e-15)
+    assert model.mean_model.means_at(model.parameters.vector())[0] == pytest.approx(0.6 * 3e8 + 0.4 * 2e8, rel=1e-15)
 
 
 @pytest.mark.parametrize("orders", [(), (1, 2, 5)])
@@ -108,7 +107,7 @@ def test_the_stated_mean_is_the_mean_over_time():
         {"mesh": "rectangular", "stiffness_high": 3e8, "stiffness_low": 2e8, "contact_ratio": 1.6},
     ):
         model = compiled(**given)
-        stated = model.mean_model["means"](model.parameters.vector())[0].full().ravel()[0]
+        stated = model.mean_model.means(model.parameters.vector())[0].full().ravel()[0]
         over_time = np.mean([channel(model, "mesh_stiffness", phase=phase) for phase in (np.arange(3000) + 0.5) / 3000])
         assert stated == pytest.approx(over_time, rel=1e-6)
 

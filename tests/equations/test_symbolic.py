@@ -135,7 +135,7 @@ def numbers(model: Compiled, p: np.ndarray, t: float, x: np.ndarray) -> dict[sym
     """What every symbol of the flat equations is at one instant; angles and speeds are those that lowering sees."""
     eq = model.equations
     n = len(eq.steps)
-    deviation, rate = (np.asarray(each).ravel() for each in model.mean_model["angles"](x, p))
+    deviation, rate = (np.asarray(each).ravel() for each in model.mean_model.angles(x, p))
     angles, speeds = coordinates(eq)
     known = {s: sympy.Float(value, 40) for s, value in zip(model.parameters.symbols, p.tolist(), strict=False)}
     # Uniform rotation to forty digits, where it cancels: lowering never adds it to a relative angle.
@@ -170,7 +170,7 @@ def group_accelerations(model: Compiled, p: np.ndarray, t: float, x: np.ndarray)
     n = len(model.equations.steps)
     second = model.rhs(t, x, p)[n : 2 * n]
     state = np.concatenate([second, np.zeros(len(x) - n)])
-    return np.asarray(model.mean_model["angles"](state, p)[0]).ravel()
+    return np.asarray(model.mean_model.angles(state, p)[0]).ravel()
 
 
 @pytest.mark.parametrize("name", LINES)
@@ -203,12 +203,12 @@ def test_linearization_agrees_with_the_linear_mean_model(name: str) -> None:
     equations = assemble(LINES[name])
     model = lower(equations)
     p, _, x = random_point(model, 5)
-    deviation, rate = model.mean_model["angles"](x, p)
+    deviation, rate = model.mean_model.angles(x, p)
     own = x[2 * len(equations.steps) :]
     # At t = 0 and with all clocks at zero, the mean model takes the values of the time quantities that are put in.
     clocks = np.zeros(len(equations.clocks))
-    timed = model.mean_model["timed"](clocks, 0.0, p)
-    expected = [each.full() for each in model.mean_model["linear"](deviation, rate, own, p, timed)]
+    timed = model.mean_model.timed(clocks, 0.0, p)
+    expected = [each.full() for each in model.mean_model.linear(deviation, rate, own, p, timed)]
     known = numbers(model, p, 0.0, x)
     for matrix, reference in zip(linearized(equations), expected, strict=True):
         np.testing.assert_allclose(evaluated(matrix, known), reference, rtol=0, atol=1e-12 * np.abs(reference).max(initial=1e-30))

@@ -125,8 +125,8 @@ class Bench:
         energy, stored = out["kinetic_energy"] + out["stored_energy"], out["stored_energy"]
         rate, stored_rate = (ca.jtimes(each, x, ode) + ca.jtimes(each, t, ca.SX(1)) for each in (energy, stored))
         n, own = len(model.equations.steps), sum(state.kind == "own" for state in model.equations.states)
-        mean = model.mean_model["ratios"](own_p)[1]
-        turning = model.mean_model["coordinates"](mean, ca.SX(n, 1), ca.SX(own, 1), own_p)
+        mean = model.mean_model.ratios(own_p)[1]
+        turning = model.mean_model.coordinates(mean, ca.SX(n, 1), ca.SX(own, 1), own_p)
         explicit = ca.jtimes(stored, t, ca.SX(1)) - ca.jtimes(stored, x, ca.vertcat(turning[:n], ca.SX(n + own, 1)))
         powers = [out["dissipated_power"], out["supplied_power"], explicit]
         return ca.Function("book", [t, x, p], [ca.vertcat(energy, rate, stored, stored_rate, *powers)])

@@ -73,8 +73,8 @@ def test_a_stiff_gear_pair_tends_to_the_rigid_gear(stiffness):
         model = lower(assemble(Driveline("chain", [*disks, *shafts, gear], speed=1.0, reference="disk_1")))
         p = model.parameters.vector()
         n = len(model.equations.groups)
-        mean = np.asarray(model.mean_model["means"](p)[0]).ravel()
-        mass, _, spring = (each.full() for each in model.mean_model["linear"](np.zeros(n), np.zeros(n), [], p, mean))
+        mean = np.asarray(model.mean_model.means(p)[0]).ravel()
+        mass, _, spring = (each.full() for each in model.mean_model.linear(np.zeros(n), np.zeros(n), [], p, mean))
         return natural_frequencies(mass, spring)
 
     teeth = {"teeth_a": 20, "teeth_b": 50}

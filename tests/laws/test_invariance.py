@@ -70,11 +70,11 @@ def line_of_everything():
 def physical_state(model, p, now):
     """The state of a model in which its inertias have the angles and speeds of another one's channels."""
     eq = model.equations
-    speeds = np.asarray(model.mean_model["ratios"](p)[1]).ravel()
+    speeds = model.mean_model.ratios_at(p).speed
     named = {node.group: node.name for node in reversed(eq.nodes) if node.ratio == 1}
     angle = [now[f"{named[g]}.angle_deviation"] for g in range(len(eq.groups))]
     speed = [now[f"{named[g]}.speed"] - speeds[g] for g in range(len(eq.groups))]
-    return np.asarray(model.mean_model["coordinates"](angle, speed, [], p)).ravel()
+    return np.asarray(model.mean_model.coordinates(angle, speed, [], p)).ravel()
 
 
 @pytest.mark.parametrize("make", [line_of_everything, lambda: load("fracturing-truck")], ids=["everything", "truck"])

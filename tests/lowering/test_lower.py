@@ -233,9 +233,9 @@ def test_frequencies_follow_from_speed_ratio_and_order(reference, speeds):
     model = lower(assemble(line))
     names = [clock.name for clock in model.equations.clocks]
     p = model.parameters.vector()
-    found = dict(zip(names, model.mean_model["frequencies"](p).full().ravel(), strict=True))
+    found = dict(zip(names, model.mean_model.frequencies(p).full().ravel(), strict=True))
     assert found == pytest.approx({"cycle": 1.5 * speeds[2], "own": 5 * SPEED, "mesh.contact": 20 * speeds[1]}, rel=1e-14)
-    faster = model.mean_model["frequencies"](model.parameters.vector({"speed": 2 * SPEED, "mesh.teeth_b": 25})).full().ravel()
+    faster = model.mean_model.frequencies(model.parameters.vector({"speed": 2 * SPEED, "mesh.teeth_b": 25})).full().ravel()
     scale = {"engine": (4, 2), "wheel": (2, 1)}[reference]  # of the wheel's speed and the pinion's
     assert faster == pytest.approx([scale[0] * found["cycle"], 2 * found["own"], scale[1] * found["mesh.contact"]], rel=1e-14)
 

@@ -296,7 +296,7 @@ def test_an_impulse_keeps_momentum_over_a_full_mass_matrix():
     switched, p = model.switched(), model.parameters.vector()
     x = np.array([0.1, 0.2, 0.3, 0.7])
     after = np.asarray(switched.switching.resets(0.0, x, with_modes(switched, p, "open")))[:, 0]
-    speeds = [np.asarray(model.mean_model["angles"](each, p)[1]).ravel() for each in (x, after)]
+    speeds = [np.asarray(model.mean_model.angles(each, p)[1]).ravel() for each in (x, after)]
     mass = np.array([[2.0, 0.5], [0.5, 3.0]])
     assert speeds[1][0] == pytest.approx(speeds[1][1], abs=1e-15)
     assert (mass @ speeds[1]).sum() == pytest.approx((mass @ speeds[0]).sum(), rel=1e-14)

@@ -46,7 +46,7 @@ class FlangeMap:
 @functools.lru_cache(maxsize=16)
 def element_stiffness(model: Compiled) -> ca.Function:
     """(angle, speed, own, p, w) -> derivative of every flange torque by the angles, mass terms."""
-    elements = model.mean_model["elements"]
+    elements = model.mean_model.elements
     given = elements.sx_in()
     torque, mass = elements(*given)
     return ca.Function("element_stiffness", given, [ca.jacobian(torque, given[0]), mass])
@@ -58,7 +58,7 @@ def energy_shares(model: Compiled, p: Array, mean: Array, angle: Array, own: Arr
     Each column sums to 1; the potential shares of a mode without potential energy are zero.
     """
     where = FlangeMap.of(model)
-    at_node = model.mean_model["nodes"](p).full() @ shapes
+    at_node = model.mean_model.nodes_at(p) @ shapes
     stiffness, mass = element_stiffness(model)(angle, np.zeros(len(angle)), own, p, mean)
     count = len(model.equations.instances)
     potential = _by_element(where.flange_element, -at_node[where.flange_node] * (stiffness @ shapes).full(), count)

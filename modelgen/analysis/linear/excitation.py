@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 from modelgen.analysis.linear.energy_shares import FlangeMap, element_stiffness
 from modelgen.errors import CaseError
 from modelgen.lowering import Compiled
-from modelgen.solvers.equilibrium import own_start
 from modelgen.solvers.linear_model import mapped, seen
 from modelgen.solvers.operating_point import OperatingPoint
 
@@ -74,7 +73,7 @@ def excitation(
         for harmonic, column in _series(model, point, rows, clock, entries, most).items():
             found.setdefault(multiple * harmonic, []).append((name, harmonic, column))
     orders = sorted(found)
-    heights = [len(point.angle) + len(own_start(model)) + len(channels), _flange_count(model), len(point.mean)]
+    heights = [len(point.angle) + len(model.mean_model.own_start) + len(channels), _flange_count(model), len(point.mean)]
     table = np.zeros((sum(heights), len(orders)), dtype=complex)
     for k, order in enumerate(orders):
         table[:, k] = sum(column for *_, column in found[order])
@@ -96,7 +95,7 @@ def vector_sums(model: Compiled, point: OperatingPoint, shaking: Excitation) -> 
     counts by its largest torque on a shaft. The larger of both is taken.
     """
     where = FlangeMap.of(model)
-    ratio = model.mean_model["nodes"](point.p).full() @ point.coordinates.ratio
+    ratio = model.mean_model.nodes_at(point.p) @ point.coordinates.ratio
     torque = shaking.by_flange * ratio[where.flange_node, None]
     between = np.bincount(where.flange_element, minlength=len(model.equations.instances))[where.flange_element] > 1
     inner = np.abs(torque[between]).max(axis=0, initial=0.0)
@@ -104,7 +103,7 @@ def vector_sums(model: Compiled, point: OperatingPoint, shaking: Excitation) -> 
 
 
 def _flange_count(model: Compiled) -> int:
-    return int(model.mean_model["elements"].size1_out(0))
+    return int(model.mean_model.elements.size1_out(0))
 
 
 @functools.lru_cache(maxsize=16)
@@ -112,14 +111,14 @@ def _shaken(model: Compiled, rows: tuple[int, ...]) -> ca.Function:
     """(angle, speed, own, p, w) -> what is ``seen``, then the torque of every element on every flange."""
     given = seen(model, rows).sx_in()
     return ca.Function(
-        "shaken", given, [ca.vertcat(seen(model, rows)(*given), ca.densify(model.mean_model["elements"](*given)[0]))]
+        "shaken", given, [ca.vertcat(seen(model, rows)(*given), ca.densify(model.mean_model.elements(*given)[0]))]
     )
 
 
 def base_multiples(model: Compiled, point: OperatingPoint) -> list[Fraction]:
     """Every base frequency as an exact multiple of the operating speed; 0 where it stands still."""
     speed = operating_speed(model, point.p)
-    frequencies = np.asarray(model.mean_model["frequencies"](point.p)).ravel()
+    frequencies = model.mean_model.frequencies_at(point.p)
     return [exact_multiple(float(each) / speed) for each in frequencies]
 
 
@@ -146,7 +145,7 @@ def exact_multiple(value: float) -> Fraction:
 @functools.lru_cache(maxsize=16)
 def driven_quantities(model: Compiled) -> Mapping[int, tuple[int, ...]]:
     """Which quantities run on each base frequency that any runs on."""
-    timed = model.mean_model["timed"]
+    timed = model.mean_model.timed
     pairs = timed.jac_sparsity(0, 0).get_triplet()
     found: dict[int, tuple[int, ...]] = {}
     seen_before: dict[int, int] = {}
@@ -194,9 +193,9 @@ def _sampled(
     angles = np.zeros((len(model.equations.clocks), count))
     angles[clock] = 2 * np.pi * turns
     varying = np.repeat(point.mean[:, None], count, axis=1)
-    timed = np.asarray(mapped(model.mean_model["timed"], count)(angles, np.zeros((1, count)), point.p))
+    timed = np.asarray(mapped(model.mean_model.timed, count)(angles, np.zeros((1, count)), point.p))
     varying[list(entries)] = timed[list(entries)]
-    held = [np.repeat(each[:, None], count, axis=1) for each in (point.angle, np.zeros(n), own_start(model))]
+    held = [np.repeat(each[:, None], count, axis=1) for each in (point.angle, np.zeros(n), model.mean_model.own_start)]
     return np.vstack([np.asarray(mapped(_shaken(model, rows), count)(*held, point.p, varying)), varying])
 
 
@@ -206,16 +205,16 @@ def parametric(model: Compiled, point: OperatingPoint, samples: int = 32) -> dic
     Their linear answer is a first approximation: it leaves out that the changed stiffness answers the vibration differently.
     """
     names = [name.rpartition(".")[0] for name in quantity_names(model)]
-    felt = set(model.mean_model["linear"].jac_sparsity(2, 4).get_triplet()[1])
+    felt = set(model.mean_model.linear.jac_sparsity(2, 4).get_triplet()[1])
     index = {instance.name: number for number, instance in enumerate(model.equations.instances)}
     flange_element = FlangeMap.of(model).flange_element
-    held = point.angle, np.zeros(len(point.angle)), own_start(model), point.p
+    held = point.angle, np.zeros(len(point.angle)), model.mean_model.own_start, point.p
     stiffness = element_stiffness(model)(*held, point.mean)[0].full()
     found: dict[str, float] = {}
     for clock, entries in driven_quantities(model).items():
         angles = np.zeros((len(model.equations.clocks), samples))
         angles[clock] = 2 * np.pi * np.arange(samples) / samples
-        timed = np.asarray(mapped(model.mean_model["timed"], samples)(angles, np.zeros((1, samples)), point.p))
+        timed = np.asarray(mapped(model.mean_model.timed, samples)(angles, np.zeros((1, samples)), point.p))
         for name in dict.fromkeys(names[entry] for entry in entries if entry in felt):
             mine = [entry for entry in entries if names[entry] == name]
             rows = flange_element == index[name]

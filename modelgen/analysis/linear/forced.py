@@ -31,7 +31,6 @@ from modelgen.errors import CaseError, nearest
 from modelgen.lowering import Compiled
 from modelgen.lowering.mean_turn import averaged_words, turned_elements
 from modelgen.solvers.bound_model import compiled_of
-from modelgen.solvers.equilibrium import own_start
 from modelgen.solvers.linear_model import LinearModel, linearize, mapped, seen, stated_frequencies
 
 Array = NDArray[np.float64]
@@ -275,7 +274,7 @@ def _lost_power(linear: LinearModel, shaking: Excitation, motion: Complex, omega
     if not count or not rows:
         return total
     power = mapped(seen(model, rows), count)
-    own = own_start(model)
+    own = model.mean_model.own_start
     p = np.repeat(point.p[:, None], count, axis=1)
     if np.any(linear.hysteresis):
         p[stated_frequencies(model)] = omega

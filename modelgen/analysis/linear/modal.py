@@ -23,9 +23,7 @@ from modelgen.analysis.linear.node_counts import node_counts
 from modelgen.errors import CaseError
 from modelgen.lowering import Compiled
 from modelgen.lowering.mean_turn import averaged_words, turned_elements
-from modelgen.lowering.sampled_turn import mean_values
 from modelgen.solvers.bound_model import bind
-from modelgen.solvers.equilibrium import own_start
 from modelgen.solvers.linear_model import linearize
 from modelgen.solvers.operating_point import OperatingPoint
 
@@ -156,8 +154,8 @@ def modal(
         raise CaseError("modal, count", f"is {count!r}", "give a whole number from 1 up, or leave it out for all modes")
     if count is not None and point is None and size > max(DENSE, 4 * count) and _is_linear(model):
         p = model.parameters.unbalanced()
-        mean, angle = mean_values(model.mean_model, p), np.zeros(size)
-        mass, damping, stiffness = model.mean_model["linear"](angle, np.zeros(size), own_start(model), p, mean)
+        mean, angle = model.mean_model.means_at(p), np.zeros(size)
+        mass, damping, stiffness = model.mean_model.linear(angle, np.zeros(size), model.mean_model.own_start, p, mean)
         modes = lowest_modes(mass, stiffness, _rigid(model, p), count)
         pairs = damped_modes(modes, damping)
     else:
@@ -173,12 +171,12 @@ def modal(
 def _result(model: Compiled, p: Array, mean: Array, angle: Array, modes: Modes, pairs: DampedModes) -> ModalResult:
     """Modes over the groups, told over nodes and elements."""
     nodes = model.equations.nodes
-    at_nodes = model.mean_model["nodes"](p).full()
-    ratio = at_nodes @ np.asarray(model.mean_model["ratios"](p)[0]).ravel()
+    at_nodes = model.mean_model.nodes_at(p)
+    ratio = at_nodes @ model.mean_model.ratios_at(p).ratio
     shapes = at_nodes @ modes.shapes
     largest = shapes[np.abs(shapes).argmax(axis=0), np.arange(shapes.shape[1])]
     referred = referred_shapes(shapes / largest, ratio)
-    kinetic, potential = energy_shares(model, p, mean, angle, own_start(model), modes.shapes)
+    kinetic, potential = energy_shares(model, p, mean, angle, model.mean_model.own_start, modes.shapes)
     potential[:, : modes.free] = 0.0
     held = np.any(kinetic != 0, axis=1) | np.any(potential != 0, axis=1)
     return ModalResult(
@@ -241,7 +239,7 @@ def damped_pairs(point: OperatingPoint) -> DampedModes:
 
 def _is_linear(model: Compiled) -> bool:
     """Whether mass and stiffness are the same at every angle, so that no static angles are needed."""
-    linear = model.mean_model["linear"]
+    linear = model.mean_model.linear
     return all(linear.jac_sparsity(row, 0).nnz() == 0 for row in (0, 2))
 
 
@@ -250,5 +248,5 @@ def _rigid(model: Compiled, p: Array) -> Array:
     roots = [step.state for step in model.equations.steps if step.form is None]
     states = np.zeros((len(model.states), max(1, len(roots))))
     states[roots, range(len(roots))] = 1.0
-    angles = np.asarray(model.mean_model["angles"].map(states.shape[1])(states, p)[0])
+    angles = np.asarray(model.mean_model.angles.map(states.shape[1])(states, p)[0])
     return angles[:, : len(roots)]

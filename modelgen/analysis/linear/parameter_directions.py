@@ -91,7 +91,7 @@ def _limited(model: Compiled) -> NDArray[np.bool_]:
 @functools.lru_cache(maxsize=16)
 def _completion(model: Compiled) -> ca.Function:
     """p -> derivative of p, completed by its expressions, by p."""
-    completed = model.mean_model["completed"]
+    completed = model.mean_model.completed
     p = completed.sx_in()[0]
     return ca.Function("completion", [p], [ca.jacobian(completed(p), p)])
 
@@ -108,7 +108,7 @@ def _difference(function: Callable[[float], Array], value: float, one_sided: boo
 
 def mean_slopes(model: Compiled, point: OperatingPoint, directions: Array) -> Array:
     """How the means of what varies with time move with each parameter (quantities, parameters)."""
-    function = model.mean_model["means"]
+    function = model.mean_model.means
     p = point.p
     flags = np.asarray(function(p)[1]).ravel()
     slopes = _means_by_p(model)(p).full() @ directions
@@ -126,13 +126,13 @@ def mean_slopes(model: Compiled, point: OperatingPoint, directions: Array) -> Ar
 @functools.lru_cache(maxsize=16)
 def _felt(model: Compiled) -> frozenset[int]:
     """Quantities that mass or stiffness depends on."""
-    linear = model.mean_model["linear"]
+    linear = model.mean_model.linear
     return frozenset(column for out in (0, 2) for column in linear.jac_sparsity(out, 4).get_triplet()[1])
 
 
 @functools.lru_cache(maxsize=16)
 def _means_by_p(model: Compiled) -> ca.Function:
-    means = model.mean_model["means"]
+    means = model.mean_model.means
     p = means.sx_in()[0]
     return ca.Function("means_by_p", [p], [ca.jacobian(means(p)[0], p)])
 
@@ -140,7 +140,7 @@ def _means_by_p(model: Compiled) -> ca.Function:
 @functools.lru_cache(maxsize=16)
 def _timed_along(model: Compiled) -> ca.Function:
     """(clock angles, t, p, direction) -> slope of what varies with time, as p moves in a direction."""
-    timed = model.mean_model["timed"]
+    timed = model.mean_model.timed
     clocks, t, p = timed.sx_in()
     direction = ca.SX.sym("direction", p.numel())
     return ca.Function("timed_along", [clocks, t, p, direction], [ca.densify(ca.jtimes(timed(clocks, t, p), p, direction))])

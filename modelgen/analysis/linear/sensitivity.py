@@ -26,7 +26,6 @@ from modelgen.analysis.linear.parameter_directions import angle_slopes, mean_slo
 from modelgen.errors import CaseError, nearest
 from modelgen.lowering import Compiled
 from modelgen.solvers.bound_model import bind
-from modelgen.solvers.equilibrium import own_start
 from modelgen.solvers.operating_point import OperatingPoint
 
 Array = NDArray[np.float64]
@@ -143,18 +142,18 @@ def sensitivities(
 @functools.lru_cache(maxsize=16)
 def _gradient_function(model: Compiled) -> ca.Function:
     """(angle, speed, own, p, w, square, left, right) -> gradient of left^T (K - square M) right by p, w and angle."""
-    given = model.mean_model["torque"].sx_in()
+    given = model.mean_model.torque.sx_in()
     angle, p, mean = given[0], given[3], given[4]
     n = angle.numel()
     square, left, right = ca.SX.sym("square"), ca.SX.sym("left", n), ca.SX.sym("right", n)
-    torque = model.mean_model["torque"](*given)[0]
-    mass = model.mean_model["linear"](*given)[0]
+    torque = model.mean_model.torque(*given)[0]
+    mass = model.mean_model.linear(*given)[0]
     value = -ca.dot(left, ca.jtimes(torque, angle, right)) - square * ca.dot(left, ca.mtimes(mass, right))
     slopes = [ca.densify(ca.jacobian(value, each)) for each in (p, mean, angle)]
     return ca.Function("gradient", [*given, square, left, right], slopes)
 
 
 def _gradient(model: Compiled, point: OperatingPoint, square: float, left: Array, right: Array) -> list[Array]:
-    zeros, own = np.zeros(len(point.angle)), own_start(model)
+    zeros, own = np.zeros(len(point.angle)), model.mean_model.own_start
     found = _gradient_function(model)(point.angle, zeros, own, point.p, point.mean, square, left, right)
     return [np.asarray(each).ravel() for each in found]

@@ -14,7 +14,7 @@ from modelgen.solvers.operating_point import OperatingPoint
 
 def referred_ratios(model: Compiled, point: OperatingPoint) -> dict[str, float]:
     """Speed of every single-flange inertia per speed of the reference shaft."""
-    ratio = model.mean_model["nodes"](point.p).full() @ point.coordinates.ratio
+    ratio = model.mean_model.nodes_at(point.p) @ point.coordinates.ratio
     found = {}
     for instance in model.equations.instances:
         if f"{instance.name}.angle_deviation" in model.outputs:
@@ -26,7 +26,7 @@ def referred_ratios(model: Compiled, point: OperatingPoint) -> dict[str, float]:
 def gears_between_speeds(model: Compiled, p: NDArray[np.float64]) -> list[str]:
     """Elements that join shafts of different speed or sense."""
     eq = model.equations
-    ratio = model.mean_model["nodes"](p).full() @ np.asarray(model.mean_model["ratios"](p)[0]).ravel()
+    ratio = model.mean_model.nodes_at(p) @ model.mean_model.ratios_at(p).ratio
     found = []
     for instance in eq.instances:
         template = eq.templates[instance.template]

@@ -43,7 +43,7 @@ def base_frequency(solution: Solution, base: str | float | None) -> tuple[str, f
             raise CaseError(where, f"is {base!r}, but a loaded solution does not know its model", "give the base frequency in Hz")
         return "", 0.0
     p = model.parameters.unbalanced(solution.case.parameters)
-    values = np.asarray(model.mean_model["frequencies"](p)).ravel() / (2 * np.pi)
+    values = model.mean_model.frequencies_at(p) / (2 * np.pi)
     known = {clock.name: float(value) for clock, value in zip(model.equations.clocks, values, strict=True) if value > 0}
     if base is not None:
         if base not in known:
@@ -71,7 +71,7 @@ def shaft_speed(solution: Solution, shaft: str | None, data: Measurement) -> flo
     shaft = shaft or eq.reference or eq.groups[0]
     if shaft not in nodes:
         raise CaseError("comparison, shaft", f"there is no {shaft!r}", nearest(shaft, nodes))
-    of_groups, of_nodes = np.asarray(model.mean_model["ratios"](p)[1]).ravel(), model.mean_model["nodes"](p).full()
+    of_groups, of_nodes = model.mean_model.ratios_at(p).speed, model.mean_model.nodes_at(p)
     return float(of_nodes[nodes[shaft]] @ of_groups)
 
 

@@ -49,7 +49,7 @@ def acting_bases(model: Compiled, point: OperatingPoint) -> dict[str, Fraction]:
 
     Raises CaseError for a quantity that depends on time itself, such as a stepped torque: nothing repeats then.
     """
-    timed = model.mean_model["timed"]
+    timed = model.mean_model.timed
     if aged := sorted(set(timed.jac_sparsity(0, 1).row())):
         name = quantity_names(model)[aged[0]]
         problem = f"quantity {name!r} depends on time itself, so nothing repeats"

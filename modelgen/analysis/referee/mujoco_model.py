@@ -88,7 +88,7 @@ def referee_of(line: Driveline, model: Compiled, point: OperatingPoint) -> Refer
 class _Reader:
     def __init__(self, line: Driveline, model: Compiled, point: OperatingPoint) -> None:
         self.line, self.model, self.p = line, model, point.p
-        rows = model.mean_model["nodes"](point.p).full()
+        rows = model.mean_model.nodes_at(point.p)
         self.place: dict[str, tuple[int, float]] = {}
         for node, row in zip(model.equations.nodes, rows, strict=True):
             if (group := node.group) is None:
@@ -145,7 +145,7 @@ class _Reader:
 
     def _base_frequency(self, element: Element) -> float:
         clock = next(each for each in self.model.equations.clocks if each.name == element.clocks["base"])
-        found = np.asarray(self.model.mean_model["frequencies"](self.p)).ravel()
+        found = self.model.mean_model.frequencies_at(self.p)
         return float(found[self.model.equations.clocks.index(clock)])
 
     def _ends(self, element: Element) -> tuple[tuple[int, float], tuple[int, float]]:

@@ -135,7 +135,7 @@ def read_window(given: tuple[Any, Any]) -> tuple[float, float]:
 
 def base_frequencies(model: Compiled, point: OperatingPoint) -> dict[str, float]:
     """Base frequencies [Hz] by name."""
-    values = np.asarray(model.mean_model["frequencies"](point.p)).ravel() / (2 * np.pi)
+    values = model.mean_model.frequencies_at(point.p) / (2 * np.pi)
     return dict(zip((clock.name for clock in model.equations.clocks), values.tolist(), strict=True))
 
 

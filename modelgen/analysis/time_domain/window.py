@@ -46,7 +46,7 @@ def settled_window(
     bound = bind(model, question="settled_window")
     model, point = bound.model, point or bound.operating_point
     refuse_unless(point, OperatingPoint, "settled_window, point")
-    frequencies = np.asarray(model.mean_model["frequencies"](point.p)).ravel()
+    frequencies = model.mean_model.frequencies_at(point.p)
     named = [(f, clock.name) for f, clock in zip(frequencies, model.equations.clocks, strict=True) if f > 0]
     if not named:
         raise CaseError(f"driveline {model.name!r}", "has no base frequency to count revolutions of", "give a window in seconds")

@@ -70,11 +70,6 @@ class Interrupted(KeyboardInterrupt):
 
 
 _INSTEAD = {
-    "Compiled": {
-        "Driveline": "lower(assemble(line)), or Case(line, end=1.0)",
-        "Equations": "lower(equations)",
-        "": "lower(assemble(line))",
-    },
     "Case": {"Equations": "Case(lower(equations), end=1.0)", "Compiled": "Case(model, end=1.0)", "": "Case(line, end=1.0)"},
     "Driveline": {"": "a Driveline, such as load(file)"},
     "Equations": {"Driveline": "assemble(line)", "": "assemble(line), or system(...)"},

@@ -6844,7 +6844,7 @@ static int try_step(fracturing_truck_idle_run *run, double until, double *error)
     sum += move * move;
   }
   *error = worst;
-  return !isfinite(sum) ? fracturing_truck_idle_NOT_FINITE : far > 1e10 ? fracturing_truck_idle_DIVERGED : fracturing_truck_idle_OK;
+  return !isfinite(sum) ? fracturing_truck_idle_NOT_FINITE : far > 10000000000.0 ? fracturing_truck_idle_DIVERGED : fracturing_truck_idle_OK;
 }
 
 /* Take over the step that was tried. */
@@ -6894,7 +6894,7 @@ void fracturing_truck_idle_begin(fracturing_truck_idle_run *run, double end, dou
   run->next = run->smallest;
   if (!(horizon > 0)) return;
   for (i = 0; i < fracturing_truck_idle_X; ++i) speed = larger(speed, fabs(run->slope[i] * run->inverse[i]));
-  unit = smaller(speed > 0 ? 0.01 / speed : 1e-6 * horizon, horizon);
+  unit = smaller(speed > 0 ? 0.01 / speed : 1e-06 * horizon, horizon);
   for (i = 0; i < fracturing_truck_idle_X; ++i) run->place[i] = run->origin[i] + (run->moved[i] + unit * run->slope[i]);
   fracturing_truck_idle_rates(run->c, run->time + unit, run->place, run->rate);
   for (i = 0; i < fracturing_truck_idle_X; ++i) {
@@ -6903,11 +6903,11 @@ void fracturing_truck_idle_begin(fracturing_truck_idle_run *run, double end, dou
   }
   size = larger(unit * speed, unit * bend);
   if (isfinite(sum) && isfinite(size))
-    run->next = larger(run->smallest, unit * smaller(100, size > 0 ? pow(0.01 * tolerance / size, 0.2) : 100));
+    run->next = larger(run->smallest, unit * smaller(100.0, size > 0 ? pow(0.01 * tolerance / size, 0.2) : 100.0));
 }
 
 int fracturing_truck_idle_advance(fracturing_truck_idle_run *run) {
-  double h = run->next, growth = 5, error = 0, factor, until;
+  double h = run->next, growth = 5.0, error = 0, factor, until;
   for (;;) {
     double left = run->end - run->time;
     int status;
@@ -6926,7 +6926,7 @@ int fracturing_truck_idle_advance(fracturing_truck_idle_run *run) {
   }
   accept(run, until);
   error = larger(error, 1e-10);
-  factor = 0.9 * pow(error, -0.17) * pow(run->last_error, 0.04);
+  factor = 0.9 * pow(error, -0.17) * pow(run->last_error, 0.04000000000000001);
   run->next = larger(run->smallest, h * smaller(growth, larger(0.2, factor)));
   run->last_error = error;
   return fracturing_truck_idle_OK;

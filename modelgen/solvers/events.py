@@ -20,18 +20,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.lowering.guard_kinds import SAMPLED, guard_counting
+from modelgen.lowering.step_control import MANY, MOMENT, ROUNDINGS, SHRINKING, TOUCH
 from modelgen.lowering.switching import Switching
 from modelgen.solvers.coordinates import ScaledProblem
 from modelgen.solvers.event_log import EventLog
-from modelgen.solvers.firing import MANY, Firing, Restart
-from modelgen.solvers.guards import REST, TOUCH, BoundGuards, guard_functions
+from modelgen.solvers.firing import Firing, Restart
+from modelgen.solvers.guards import REST, BoundGuards, guard_functions
 from modelgen.solvers.location import EXCUSED, NONE, Passing
 from modelgen.solvers.method import BoundStep, Method
 from modelgen.solvers.outcome import Ending, Outcome
 from modelgen.solvers.problem import SolverOptions, Vector
 from modelgen.solvers.root_counting import Enclosures, RootCounting
-
-MOMENT = 1e-10  # of the horizon: no time to speak of
 
 
 class Events(Firing):
@@ -223,7 +222,7 @@ class Events(Firing):
     def _crowded(self, t: float, index: int, rate: float) -> Ending | None:
         """Whether events follow each other without time to speak of, or motion: ever faster (Zeno), or not."""
         interval, self.last = t - self.last, t
-        short = interval < max(MOMENT * self.scaled.problem.horizon, 64 * math.ulp(t))
+        short = interval < max(MOMENT * self.scaled.problem.horizon, ROUNDINGS * math.ulp(t))
         if not short and not rate * interval <= self.zeros[index]:
             self.intervals.clear()
             return None
@@ -231,7 +230,8 @@ class Events(Firing):
         if len(self.intervals) < MANY:
             return None
         early, late = sum(self.intervals[: MANY // 2]), sum(self.intervals[MANY // 2 :])
-        shrinking = late < 0.9 * early and early > 64 * MANY / 2 * math.ulp(t)  # a few last digits of the time are rounding
+        rounding = ROUNDINGS * MANY / 2 * math.ulp(t)  # a few last digits of the time
+        shrinking = late < SHRINKING * early and early > rounding
         return self.ending(Outcome.ZENO if shrinking else Outcome.EVENT_CHATTER, t, index)
 
     def _look_at_signs(self) -> None:

@@ -15,14 +15,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from modelgen.lowering.step_control import MANY
 from modelgen.lowering.switching import Switching
 from modelgen.solvers.coordinates import ScaledProblem
 from modelgen.solvers.guards import GuardFunctions, guard_floors
 from modelgen.solvers.method import bind
 from modelgen.solvers.outcome import Ending, Outcome
 from modelgen.solvers.problem import SolverOptions, Vector
-
-MANY = 32  # events at one time, or one after the other without time to speak of, that are no accident
 
 
 @dataclass(frozen=True, eq=False)

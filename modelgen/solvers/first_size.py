@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from modelgen.lowering.step_control import FIRST_GROWTH, FIRST_MOVE, FIRST_SHARE
 from modelgen.solvers.coordinates import ScaledProblem
 from modelgen.solvers.problem import Vector
 
@@ -21,10 +22,10 @@ def first_size(scaled: ScaledProblem, t: float, state: Vector, wanted: float, po
     """
     y, slope = state
     speed, horizon = float(np.abs(slope).max()), scaled.problem.horizon
-    unit = min(0.01 / speed if speed > 0 else 1e-6 * horizon, horizon, ceiling)
+    unit = min(FIRST_MOVE / speed if speed > 0 else FIRST_SHARE * horizon, horizon, ceiling)
     bend = scaled.rates(t + unit, y + unit * slope) - slope
     size = max(unit * speed, unit * float(np.abs(bend).max()))
     if not math.isfinite(size):
         return 0.0
-    factor = (wanted / size) ** (1 / power) if size > 0 else 100.0
-    return unit * min(100.0, factor)
+    factor = (wanted / size) ** (1 / power) if size > 0 else FIRST_GROWTH
+    return unit * min(FIRST_GROWTH, factor)

@@ -28,14 +28,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.lowering.guard_kinds import SAMPLED, guard_counting
+from modelgen.lowering.step_control import DIP, RESOLUTION
 from modelgen.lowering.switching import Switching
 from modelgen.solvers.dense_output import Interpolant
 from modelgen.solvers.method import BoundStep, bind
 from modelgen.solvers.problem import InitialValueProblem, Vector
 
-RESOLUTION = 0.02  # of a guard's size: how far the cubic may be from it
-DIP = 0.1  # of a sampled guard's size: a dip that stays further away from zero is not searched
-TOUCH = 8.0  # roundings of a guard: a turn toward zero that comes closer and does not pass it is a touch
 TINY = 1e-300
 NODE_POLYNOMIAL = 1 / 432  # the largest (u (u - 1/2) (u - 1))^2 between 0 and 1
 REST = NODE_POLYNOMIAL / 720

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from modelgen.lowering.step_control import FIRST_ERROR, LARGEST_GROWTH, LEAST_ERROR, PAST, PRESENT, SAFETY, SMALLEST_SHRINK
 from modelgen.solvers.coordinates import ScaledProblem
 from modelgen.solvers.dense_output import DenseOutput
 from modelgen.solvers.diagnosis import chatter, explain
@@ -28,9 +29,6 @@ from modelgen.solvers.smallest_step import smallest_step, time_of_start
 from modelgen.solvers.time_breaks import time_breaks
 from modelgen.solvers.watch import Watch
 
-SAFETY = 0.9
-LARGEST_GROWTH, SMALLEST_SHRINK = 5.0, 0.2
-PRESENT, PAST = 0.85, 0.2  # shares of the two errors; fewest evaluations on gear trains and backlash among 1/0, 0.85/0.2, 0.7/0.4
 SOON, RARELY = 64, 512  # steps before the first look for chatter, and between later ones (1 % of the time)
 
 
@@ -238,7 +236,7 @@ class _March:
         if self.options.first_step is not None:
             return self.options.first_step
         self.evaluations += 1
-        wanted, power = 0.01 * self.options.tolerance, self.method.control
+        wanted, power = FIRST_ERROR * self.options.tolerance, self.method.control
         return max(first_size(self.scaled, self.t, self.state, wanted, power, self.ceiling), self.floor)
 
     def smooth(self) -> None:
@@ -255,7 +253,7 @@ class _March:
             if self.accept(self.trial, t_new, h):
                 h, before = max(h, self.asked), 1.0
                 continue
-            error = max(error, 1e-10)
+            error = max(error, LEAST_ERROR)
             factor = SAFETY * error ** (-PRESENT * exponent) * before ** (PAST * exponent)
             h = max(self.floor, h * min(growth, max(SMALLEST_SHRINK, factor)))
             before = error

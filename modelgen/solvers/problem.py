@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.errors import CaseError
+from modelgen.lowering.step_control import BOUND, SMALLEST_STEP
 from modelgen.lowering.switching import Switching
 from modelgen.solvers.event_log import EventLog
 from modelgen.solvers.outcome import Outcome
@@ -158,8 +159,8 @@ class Budget:
 
     max_steps: int = 20_000_000
     max_seconds: float = 600.0
-    smallest_step: float = 1e-13
-    bound: float = 1e10
+    smallest_step: float = SMALLEST_STEP
+    bound: float = BOUND
     max_events: int = 1_000_000
 
     def __post_init__(self) -> None:

@@ -18,12 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.lowering.guard_kinds import ENCLOSED, POLYNOMIAL
+from modelgen.lowering.step_control import DEEPEST, MOST_PLACES, TOUCH
 from modelgen.solvers.dense_output import Interpolant
-from modelgen.solvers.guards import TOUCH, BoundGuards
+from modelgen.solvers.guards import BoundGuards
 
 HALVES = (0.0, 0.5, 1.0)
-DEEPEST = 40  # halvings of a step
-MOST = 64  # places at which one guard is looked at in a step
 
 Coefficients = NDArray[np.float64]
 
@@ -111,7 +110,7 @@ class RootCounting:
         if bounds.low > self.near or bounds.high < -self.near or bounds.rate_low >= 0 or bounds.rate_high <= 0:
             return True
         small = -self.near <= bounds.low and bounds.high <= self.near
-        last = depth >= DEEPEST or len(self.places) >= MOST
+        last = depth >= DEEPEST or len(self.places) >= MOST_PLACES
         if not (bounds.turns == 1 or small or last):
             return False
         self.decided &= bounds.turns == 1 or small

@@ -3,8 +3,6 @@
  * The mode of a lane is a set of flags at the end of its own copy of the parameters. */
 
 static const double FAR = 5e299; /* beyond it an enclosure has no end */
-enum { MANY = 32 }; /* events at one time, or one after the other without time to speak of, that are no accident */
-static const double QUICK = 1e-10; /* part of the horizon: events that follow each other faster are counted as a burst */
 
 /* The parameter stages of one lane anew, after its flags or its job changed. */
 static void set_parameters(const Task *task, Work *k, int lane) {
@@ -213,14 +211,14 @@ static void cut(const Task *task, Work *k, int lane) {
 static int64_t crowded(Work *k, int lane, double time, double horizon, double rate, double zero) {
   double gap = time - k->event_time[lane];
   k->event_time[lane] = time;
-  if (!(gap < larger(QUICK * horizon, 64 * ulp(time))) && !(rate * gap <= zero)) {
+  if (!(gap < larger(MOMENT * horizon, ROUNDINGS * ulp(time))) && !(rate * gap <= zero)) {
     k->quick[lane] = 0, k->early[lane] = k->late[lane] = 0.0;
     return RUNNING;
   }
   *(k->quick[lane] < MANY / 2 ? &k->early[lane] : &k->late[lane]) += gap;
   if (++k->quick[lane] < MANY) return RUNNING;
   /* Gaps of a few last digits of the time are rounding: nothing shrinks there. */
-  return k->late[lane] < 0.9 * k->early[lane] && k->early[lane] > 64 * MANY / 2 * ulp(time) ? ZENO : EVENT_CHATTER;
+  return k->late[lane] < SHRINKING * k->early[lane] && k->early[lane] > ROUNDINGS * MANY / 2 * ulp(time) ? ZENO : EVENT_CHATTER;
 }
 
 /* Everything found in a lane's step up to where it is cut; y: the state (from x0) where it goes on. The outcome where the run ends
@@ -299,7 +297,7 @@ static int64_t jump(const Task *task, Work *k, Log *log, int lane, double time_b
 /* A mode that was entered by a jump and is left again without time passing: the crossing that leaves it, or -1. Guards and rates stand at
  * START. */
 static int64_t returning(const Task *task, const Work *k, int lane) {
-  double moment = QUICK * (k->end[lane] - task->begin);
+  double moment = MOMENT * (k->end[lane] - task->begin);
   for (int64_t n = 0; n < task->crossings; ++n) {
     const int64_t *crossing = task->crossing + n * CROSSING, m = crossing[SURFACE];
     if (!is_mode_change(task, k, lane, n) || !k->entered[lane * task->variables + crossing[VARIABLE]]) continue;
@@ -333,7 +331,7 @@ static void set_signs(const Task *task, Work *k, int lane) {
     int near = fabs(value) <= zero, fired = k->fired[lane * g + n] && fabs(value - k->fired_at[lane * g + n]) <= zero;
     int effect = crossing[VARIABLE] >= 0 || crossing[RESET] >= 0; /* a run may start where another one was stopped */
     k->fired[lane * g + n] = 0;
-    k->graze[lane * g + n] = fabs(value) <= 8 * zero ? INFINITY : NAN;
+    k->graze[lane * g + n] = fabs(value) <= TOUCH * zero ? INFINITY : NAN;
     if (near && !effect && !k->leapt[lane]) continue; /* a section keeps the side that it had */
     int rest = crossing[VARIABLE] < 0 && near && crossing[DIRECTION] && fabs(rate) * k->h[lane] <= zero;
     if (effect && fired && !rest) sign = rate != 0 ? rate : value; /* what was brought to rest on its surface may fire again */

@@ -51,7 +51,7 @@ static void look_beyond(const Task *task, Work *k) {
 /* Which guards that can only be sampled may pass zero. A dip whose tangents meet far from zero stays there. */
 static v_mask sampled(V g0, V g1, V g2, V r0, V r1, V r2, V half, V size, V near) {
   const V zero = v_all(0.0);
-  V far0 = 0.1 * size * v_fabs(r0 - r1), far1 = 0.1 * size * v_fabs(r1 - r2);
+  V far0 = DIP * size * v_fabs(r0 - r1), far1 = DIP * size * v_fabs(r1 - r2);
   V meet0 = v_fabs(g0) * v_fabs(r0 - r1) - r0 * (g1 - half * r1 - g0), meet1 = v_fabs(g1) * v_fabs(r1 - r2) - r1 * (g2 - half * r2 - g1);
   v_mask b0 = g0 < zero, b1 = g1 < zero, b2 = g2 < zero, rises0 = r0 > zero, rises1 = r1 > zero, rises2 = r2 > zero;
   v_mask found = (b0 ^ b1) | (b1 ^ b2) | (v_fabs(g0) <= near) | (v_fabs(g1) <= near) | (v_fabs(g2) <= near);
@@ -82,7 +82,7 @@ static S watch(const Task *task, Work *k) {
     V size = v_larger(v_larger(v_larger(v_fabs(g0), v_fabs(g1)), v_fabs(g2)), floor[n]);
     size = v_larger(size, h * v_larger(v_larger(v_fabs(r0), v_fabs(r1)), v_fabs(r2)));
     v_mask on = active[n] != zero;
-    V miss = v_larger(off, 0.125 * off_rate) + 0.0 * (off + off_rate), allowed = 0.02 * size; /* a maximum hides NaN */
+    V miss = v_larger(off, 0.125 * off_rate) + 0.0 * (off + off_rate), allowed = RESOLUTION * size; /* a maximum hides NaN */
     v_mask large = on & ~(miss <= 1e-5 * allowed);
     if (v_any(large)) {
       miss = v_where(large, miss / allowed);

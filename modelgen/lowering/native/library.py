@@ -18,21 +18,23 @@ import casadi as ca
 import numpy as np
 
 from modelgen.errors import LoweringError
-from modelgen.lowering import instructions, tableau
+from modelgen.lowering import instructions, step_control, tableau
 from modelgen.lowering.methods import read_tableau
 from modelgen.lowering.native.cache import library_for
 from modelgen.lowering.native.compiler import NoCompilerError, find_compiler
 from modelgen.lowering.native.functions import kinds_of, observer_functions, stage_functions
 from modelgen.lowering.native.stages import Stages
 from modelgen.lowering.native.steps import bundle, step_functions, step_sizes, with_error
-from modelgen.lowering.native.task import Log, Observer, Task
+from modelgen.lowering.native.task import Log, Observer, Task, c_records
+from modelgen.lowering.step_control import c_macros
 from modelgen.lowering.tableau import Tableau
 
 _HERE = Path(__file__).parent
 _HEADERS = ("scalar.h", "lanes.h", "task.h", "times.h", "dense.h", "guards.h", "roots.h", "events.h", "march.h", "solver.h")
 _GENERATOR = (
     *("operations.py", "graph.py", "collection.py", "waves.py", "stages.py", "emission.py", "statements.py", "looped.py"),
-    *("windows.py", "functions.py", "kinds.py", "explicit_step.py", "doubled_step.py", "steps.py", "library.py", *_HEADERS),
+    *("windows.py", "functions.py", "kinds.py", "explicit_step.py", "doubled_step.py", "steps.py", "task.py", "library.py"),
+    *_HEADERS,
 )
 _ALIGNMENT = 64
 SIZES = {"solver": "modelgen_sizes", "observer": "observer_sizes"}  # what a library of each kind answers first
@@ -120,7 +122,8 @@ def source(function: ca.Function, lanes: bool, tableau: Tableau, guards: ca.Func
     chosen, middle = with_error(tableau)
     stages = Stages.of(function if guards is None else _together(function, guards), with_waves=True)
     printed = stage_functions(stages, "v_" if lanes else "s_", times=bundle(chosen, surfaces > 0))
-    texts = [_head(lanes), step_sizes(chosen, middle, surfaces), _text("task.h").replace('#include "stages.h"\n', printed)]
+    records = _text("task.h").replace('#include "stages.h"\n', printed).replace('#include "records.h"\n', c_records())
+    texts = [_head(lanes), c_macros(), step_sizes(chosen, middle, surfaces), records]
     texts += [_text("times.h"), step_functions(chosen, middle, kinds_of(stages), surfaces > 0)]
     texts += [_text(name) for name in _HEADERS[4:]]
     return "\n".join(texts)
@@ -215,5 +218,6 @@ def _built(functions: tuple[ca.Function, ...], kind: tuple[object, ...], text_of
 @functools.cache
 def _generator() -> bytes:
     """The files that decide what is printed."""
-    paths = [*(_HERE / name for name in _GENERATOR), Path(tableau.__file__), Path(instructions.__file__)]
+    others = (tableau, step_control, instructions)
+    paths = [*(_HERE / name for name in _GENERATOR), *(Path(str(each.__file__)) for each in others)]
     return b"\0".join(path.read_bytes() for path in paths)

@@ -53,13 +53,13 @@ static int refuse(const Task *task, Work *k, int lane, double factor) {
   return 0;
 }
 
-/* How much longer the next step may be, by the errors of this one and the one before: error^(-0.85 e) before^(0.2 e), e = 1/order, by
+/* How much longer the next step may be, by the errors of this one and the one before: error^(-PRESENT e) before^(PAST e), e = EXPONENT, by
  * one logarithm and one exponential. */
 static void weigh(const Task *task, Work *k, S error, S miss) {
   S before;
   memcpy(&before, k->log_before, sizeof before);
-  k->log_error = S_(log)(S_(larger)(S_(larger)(error / S_(all)(task->tolerance), miss), S_(all)(1e-10)));
-  k->factor = S_(all)(0.9) * S_(exp)(S_(all)(-0.85 * EXPONENT) * k->log_error + S_(all)(0.2 * EXPONENT) * before);
+  k->log_error = S_(log)(S_(larger)(S_(larger)(error / S_(all)(task->tolerance), miss), S_(all)(LEAST_ERROR)));
+  k->factor = S_(all)(SAFETY) * S_(exp)(S_(all)(-PRESENT * EXPONENT) * k->log_error + S_(all)(PAST * EXPONENT) * before);
 }
 
 /* Decide on the step that was tried: 1 if the lane takes it over. save: the lane tries a longer one first; restore: which fails. */
@@ -101,9 +101,9 @@ static int judge(const Task *task, Work *k, int lane, double difference, double 
     k->wanted[lane] = k->h[lane];
     return 1;
   }
-  if (!(error <= 1)) return refuse(task, k, lane, error < INFINITY ? larger(0.2, 0.9 * pow(error, -EXPONENT)) : 0.2);
-  k->wanted[lane] = larger(k->floor[lane], h * smaller(k->growth[lane], larger(0.2, get(&k->factor, lane))));
-  k->log_before[lane] = get(&k->log_error, lane), k->growth[lane] = 5.0;
+  if (!(error <= 1)) return refuse(task, k, lane, error < INFINITY ? larger(SMALLEST_SHRINK, SAFETY * pow(error, -EXPONENT)) : SMALLEST_SHRINK);
+  k->wanted[lane] = larger(k->floor[lane], h * smaller(k->growth[lane], larger(SMALLEST_SHRINK, get(&k->factor, lane))));
+  k->log_before[lane] = get(&k->log_error, lane), k->growth[lane] = LARGEST_GROWTH;
   return 1;
 }
 

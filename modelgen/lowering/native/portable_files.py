@@ -16,9 +16,12 @@ import casadi as ca
 
 from modelgen.errors import LoweringError
 from modelgen.lowering.compiled import Compiled
+from modelgen.lowering.methods import read_tableau
 from modelgen.lowering.native.emission import literal
 from modelgen.lowering.native.portable import portable_stages
 from modelgen.lowering.parameters import MODAL
+from modelgen.lowering.step_control import of_method
+from modelgen.lowering.tableau import doubled
 from modelgen.model.names import model_name
 
 LINE = 126
@@ -65,6 +68,7 @@ def portable_files(model: Compiled, case: DefaultCase) -> dict[str, str]:
         "end": literal(case.end),
         "samples": case.samples,
         "tolerance": literal(case.tolerance),
+        **{name: literal(number) for name, number in of_method(doubled(read_tableau("rk4"), extrapolate=False).control).items()},
     }
     templates = {".h": "portable_model.h", ".c": "portable_model.c", "_solver.c": "portable_program.c"}
     return {f"{name}{ending}": _filled(file, values, prefix) for ending, file in templates.items()}

@@ -57,7 +57,7 @@ static int try_step(MODEL_run *run, double until, double *error) {
     sum += move * move;
   }
   *error = worst;
-  return !isfinite(sum) ? MODEL_NOT_FINITE : far > 1e10 ? MODEL_DIVERGED : MODEL_OK;
+  return !isfinite(sum) ? MODEL_NOT_FINITE : far > $BOUND ? MODEL_DIVERGED : MODEL_OK;
 }
 
 /* Take over the step that was tried. */
@@ -103,11 +103,11 @@ void MODEL_begin(MODEL_run *run, double end, double tolerance) {
   double horizon = end - run->time, reach = larger(fabs(run->time), fabs(end)), speed = 0, bend = 0, sum = 0, unit, size;
   int i;
   run->end = end, run->tolerance = tolerance, run->last_error = 1;
-  run->smallest = larger(1e-13 * horizon, 4 * (nextafter(reach, INFINITY) - reach));
+  run->smallest = larger($SMALLEST_STEP * horizon, 4 * (nextafter(reach, INFINITY) - reach));
   run->next = run->smallest;
   if (!(horizon > 0)) return;
   for (i = 0; i < MODEL_X; ++i) speed = larger(speed, fabs(run->slope[i] * run->inverse[i]));
-  unit = smaller(speed > 0 ? 0.01 / speed : 1e-6 * horizon, horizon);
+  unit = smaller(speed > 0 ? $FIRST_MOVE / speed : $FIRST_SHARE * horizon, horizon);
   for (i = 0; i < MODEL_X; ++i) run->place[i] = run->origin[i] + (run->moved[i] + unit * run->slope[i]);
   MODEL_rates(run->c, run->time + unit, run->place, run->rate);
   for (i = 0; i < MODEL_X; ++i) {
@@ -116,11 +116,11 @@ void MODEL_begin(MODEL_run *run, double end, double tolerance) {
   }
   size = larger(unit * speed, unit * bend);
   if (isfinite(sum) && isfinite(size))
-    run->next = larger(run->smallest, unit * smaller(100, size > 0 ? pow(0.01 * tolerance / size, 0.2) : 100));
+    run->next = larger(run->smallest, unit * smaller($FIRST_GROWTH, size > 0 ? pow($FIRST_ERROR * tolerance / size, $EXPONENT) : $FIRST_GROWTH));
 }
 
 int MODEL_advance(MODEL_run *run) {
-  double h = run->next, growth = 5, error = 0, factor, until;
+  double h = run->next, growth = $LARGEST_GROWTH, error = 0, factor, until;
   for (;;) {
     double left = run->end - run->time;
     int status;
@@ -133,14 +133,14 @@ int MODEL_advance(MODEL_run *run) {
     if (error <= 1 && status == MODEL_DIVERGED) return status;
     if (error <= 1) break;
     ++run->rejected;
-    h *= larger(0.2, isfinite(error) ? 0.9 * pow(error, -0.2) : 0);
+    h *= larger($SMALLEST_SHRINK, isfinite(error) ? $SAFETY * pow(error, -$EXPONENT) : 0);
     growth = 1; /* it grows not at once after a rejection */
     if (!(h >= run->smallest)) return status == MODEL_NOT_FINITE ? status : MODEL_STEP_TOO_SMALL;
   }
   accept(run, until);
-  error = larger(error, 1e-10);
-  factor = 0.9 * pow(error, -0.17) * pow(run->last_error, 0.04);
-  run->next = larger(run->smallest, h * smaller(growth, larger(0.2, factor)));
+  error = larger(error, $LEAST_ERROR);
+  factor = $SAFETY * pow(error, -$PRESENT_EXPONENT) * pow(run->last_error, $PAST_EXPONENT);
+  run->next = larger(run->smallest, h * smaller(growth, larger($SMALLEST_SHRINK, factor)));
   run->last_error = error;
   return MODEL_OK;
 }

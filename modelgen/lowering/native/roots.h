@@ -4,7 +4,6 @@
  * by enclosures of a guard and its rate over parts of the step, or, where neither exists, by samples. */
 
 enum { POLYNOMIAL, ENCLOSED, SAMPLED }; /* ways of counting */
-enum { DEEPEST = 40, PLACES = 64 };     /* halvings of a step, places of one guard in it */
 
 typedef struct {
   double time, value, rounding, heading; /* heading: the sign of the rate with which a guard comes to a turning point, else 0 */
@@ -17,7 +16,7 @@ typedef struct {
   int lane, places, undecided;
   int64_t surface;
   double zero, near;
-  Place place[PLACES + DEEPEST + 4];
+  Place place[MOST_PLACES + DEEPEST + 4];
 } Counting;
 
 /* Bounds of a guard over a part of a step, and of its rate; turns: sign changes of the rate, -1 where they are not known. */
@@ -50,7 +49,7 @@ static void turn(Counting *c, double a, double b) {
 /* Whether a part needs no halving: there is no zero, the guard goes one way, or it turns once. */
 static int is_done(Counting *c, const Bounds *found, double a, double b, int depth) {
   if (found->low > c->near || found->high < -c->near || found->rate_low >= 0 || found->rate_high <= 0) return 1;
-  int narrow = -c->near <= found->low && found->high <= c->near, last = depth >= DEEPEST || c->places >= PLACES;
+  int narrow = -c->near <= found->low && found->high <= c->near, last = depth >= DEEPEST || c->places >= MOST_PLACES;
   if (!(found->turns == 1 || narrow || last)) return 0;
   c->undecided |= !(found->turns == 1 || narrow);
   turn(c, a, b);
@@ -227,7 +226,7 @@ static void find(const Task *task, Work *k, int lane) {
   for (int64_t n = 0; n < task->bounds.values; ++n) k->lane_bounds_c[n] = ONE_LANE(k->bounds_c[n], lane);
   for (int64_t n = 0; n < task->crossings; ++n) {
     const int64_t *crossing = task->crossing + n * CROSSING, at = lane * task->crossings + n, m = crossing[SURFACE];
-    c.zero = task->guard_zero[k->job[lane] * task->crossings + n], c.near = 8 * c.zero;
+    c.zero = task->guard_zero[k->job[lane] * task->crossings + n], c.near = TOUCH * c.zero;
     k->side[at] = get(&k->sign[n], lane), k->graze_after[at] = k->graze[at];
     if (get(&k->active[n], lane) == 0) {
       double end = get(&k->guard[FULL][m], lane);

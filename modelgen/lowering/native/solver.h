@@ -39,7 +39,7 @@ static int64_t begin(const Task *task, Work *k, int lane, int64_t job) {
   k->floor[lane] = larger(task->smallest_step * (k->end[lane] - k->t[lane]), 4 * ulp(reach));
   k->steps[lane] = k->tried[lane] = k->rejected[lane] = k->grid[lane] = k->doubling[lane] = k->halving[lane] = 0;
   k->evaluations[lane] = 1;
-  k->smallest[lane] = INFINITY, k->largest[lane] = 0.0, k->log_before[lane] = 0.0, k->growth[lane] = 5.0, k->h[lane] = 0.0;
+  k->smallest[lane] = INFINITY, k->largest[lane] = 0.0, k->log_before[lane] = 0.0, k->growth[lane] = LARGEST_GROWTH, k->h[lane] = 0.0;
   k->reached[lane] = times[0] == task->begin;
   k->events[lane] = k->quick[lane] = k->finds[lane] = 0, k->last_event[lane] = -1;
   k->next_break[lane] = k->crossing_break[lane] = k->returns[lane] = 0, next_stop(task, k, lane);
@@ -48,7 +48,7 @@ static int64_t begin(const Task *task, Work *k, int lane, int64_t job) {
   if (!task->crossings) return RUNNING;
   for (int64_t n = 0; n < task->crossings; ++n) {
     k->fired[lane * task->crossings + n] = 0;
-    put(&k->guard_near[task->crossing[n * CROSSING + SURFACE]], lane, 8 * task->guard_zero[job * task->crossings + n]);
+    put(&k->guard_near[task->crossing[n * CROSSING + SURFACE]], lane, TOUCH * task->guard_zero[job * task->crossings + n]);
   }
   for (int64_t n = 0; n < task->surfaces; ++n) {
     put(&k->guard_floor[n], lane, task->guard_floor[job * task->surfaces + n]);
@@ -102,7 +102,7 @@ static int take_jobs(const Task *task, Work *k) {
         speed[lane] = larger(speed[lane], fabs(slope * get(&k->inverse[i], lane)));
       }
       double horizon = k->end[lane] - k->t[lane];
-      unit[lane] = smaller(smaller(speed[lane] > 0 ? 0.01 / speed[lane] : 1e-6 * horizon, horizon), task->largest_step);
+      unit[lane] = smaller(smaller(speed[lane] > 0 ? FIRST_MOVE / speed[lane] : FIRST_SHARE * horizon, horizon), task->largest_step);
       if (horizon > 0 && !finite) k->h[lane] = k->floor[lane], finish(task, k, lane, NON_FINITE_RATE), taken[lane] = 0;
       else if (!(horizon > 0)) finish(task, k, lane, SUCCESS), taken[lane] = 0;
     }
@@ -120,7 +120,7 @@ static int take_jobs(const Task *task, Work *k) {
         }
         double size = larger(unit[lane] * speed[lane], unit[lane] * bend);
         if (task->rule != FIXED) ++k->evaluations[lane];
-        h = unit[lane] * smaller(100.0, size > 0 ? pow(0.01 * task->tolerance / size, EXPONENT) : 100.0);
+        h = unit[lane] * smaller(FIRST_GROWTH, size > 0 ? pow(FIRST_ERROR * task->tolerance / size, EXPONENT) : FIRST_GROWTH);
         if (!isfinite(unit[lane] * bend) || !isfinite(size)) h = k->floor[lane];
       }
       k->h[lane] = larger(h, k->floor[lane]);

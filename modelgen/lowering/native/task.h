@@ -33,53 +33,7 @@ typedef v_mask S_MASK;
 #include "stages.h"
 
 #define EXTRA_BUNDLES ((EXTRA + BUNDLE - 1) / BUNDLE) /* of times that only the dense output needs */
-enum { RUNNING, SUCCESS, MAX_STEPS, STEP_TOO_SMALL, NON_FINITE_RATE, DIVERGED, EVENT, MAX_EVENTS, ZENO, EVENT_CHATTER };
-enum { OUTCOME, STEPS, REJECTED, EVALUATIONS, REACHED, STOP, EVENTS, LAST_EVENT, COUNTS };
-enum { TIME, SIZE, SMALLEST, LARGEST, FACTS };
-enum { SMOOTH, PAPER, FIXED };
-enum { DIRECTION, VARIABLE, LEAVE, ENTER, RESET, STOPS, SURFACE, CROSSING }; /* columns of the table of crossings; -1: none */
-enum { FIRST_FLAG, VALUES, FIRST_VALUE, MODE };                       /* columns of the table of mode variables */
-enum { LOWEST, HIGHEST, SUM, SQUARES, REDUCTIONS };
-
-/* A function (t, x, v, p) -> column from a library of its own: guards with their rates, states after resets, channels. */
-typedef struct {
-  int64_t values, outputs; /* numbers of what parameters fix, and of what comes out; no outputs: there is no such function */
-  void (*parameters)(const double *p, double *c);
-  void (*at)(const V *c, const V *t, const V *x, const V *v, V *out);
-} Observer;
-
-typedef struct {
-  int64_t jobs, samples, times_stride; /* stride 0: all jobs share their output times */
-  int64_t *next;                       /* job to take next, shared by all threads */
-  const double *p, *x0, *scale, *times; /* [jobs][NP], [jobs][NX], [jobs][NX], [jobs or 1][samples] */
-  double *states;                      /* [jobs][samples][NX], counted from x0, or NULL */
-  double *last;                        /* [jobs][2][NX]: where the run stands, and where a diverged step led to, from x0 */
-  double *p_now;                       /* [jobs][NP]: parameters with the flags of the present modes, or NULL */
-  double *kept, *reduced;              /* channels: [jobs][samples][outputs] or NULL, [jobs][REDUCTIONS][outputs] */
-  int64_t *first_modes;                /* [jobs][variables]: where the run began */
-  int64_t *happened;                   /* [jobs][crossings]: events of each kind */
-  double *held;                        /* [jobs][all mode values]: time that each held */
-  int64_t *counts;                     /* [jobs][COUNTS]; the caller may set STOP */
-  double *facts;                       /* [jobs][FACTS] */
-  double begin, tolerance, first_step, largest_step, smallest_step, bound, correction; /* first_step 0: estimated */
-  double fixed_step;
-  int64_t rule, max_steps, max_events, log_limit; /* log_limit: events of each run that are logged */
-  Observer guards, resets, channels;   /* guards: values, then their rates */
-  Observer bounds, rests;              /* of intervals: enclosures of guards and rates; of the sixth derivatives of what is not linear in them */
-  const double *guard_floor, *guard_zero; /* [jobs][surfaces], [jobs][crossings]: sizes below which a guard need not be resolved, and is zero */
-  const double *breaks;                /* [jobs][2][break_count]: times just before and just after each break, INFINITY behind the last */
-  int64_t crossings, surfaces, variables, all_values, reads; /* reads: states that guards depend on */
-  int64_t break_count, sampled_guards; /* sampled_guards: whether a guard can only be sampled */
-  const int64_t *crossing, *mode, *read, *way; /* [crossings][CROSSING], [variables][MODE], [reads], [surfaces]: how each is counted */
-  int64_t *undecided;                  /* [jobs][crossings]: whether a zero was left to samples */
-} Task;
-
-/* Events in the order in which a thread came upon them; emptied by the caller. */
-typedef struct {
-  int64_t room, used;
-  int64_t *job, *which;
-  double *time, *state; /* [room], [room][NX], before a reset */
-} Log;
+#include "records.h"
 
 typedef struct {
   double time;

@@ -7,6 +7,7 @@ a relative angle (``relative_angles``), and what depends on time alone is set ap
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -101,8 +102,9 @@ def _written_laws(symbols: ElementSymbols) -> _WrittenLaws:
     """Asks the element for its laws. Raises ModelError where they are not lawful."""
     element, read = symbols.element, symbols.read
     definitions = _in_order_of_use(symbols, {name: read(q.law(element), name) for name, q in symbols.quantities.items()})
-    torques = {symbols.flange_name(f, "torques"): read(x, f"torque on {f.name}") for f, x in element.torques().items()}
-    inertias = {symbols.flange_name(f, "inertias"): read(x, f"inertia on {f.name}") for f, x in element.inertias().items()}
+    torques = {symbols.flange_name(f, "torques"): read(x, f"torque on {f.name}") for f, x in _table(symbols, "torques").items()}
+    given = _table(symbols, "inertias")
+    inertias = {symbols.flange_name(f, "inertias"): read(x, f"inertia on {f.name}") for f, x in given.items()}
     mass = {
         (name, name): _constant(symbols, symbols.written_out(inertia, definitions), f"inertia on {name}")
         for name, inertia in inertias.items()
@@ -110,8 +112,8 @@ def _written_laws(symbols: ElementSymbols) -> _WrittenLaws:
     kinetic = element.kinetic_energy()
     if kinetic is not None:
         _derive_after_lagrange(symbols, symbols.written_out(read(kinetic, "kinetic energy"), definitions), mass, torques)
-    constraints = [symbols.written_out(read(each, "constraint"), definitions) for each in element.constraints()]
-    rates = {symbol: read(rate, f"rate of {symbol}") for symbol, rate in element.rates().items()}
+    constraints = [symbols.written_out(read(each, "constraint"), definitions) for each in _list(symbols, "constraints")]
+    rates = {symbol: read(rate, f"rate of {symbol}") for symbol, rate in _table(symbols, "rates").items()}
     if set(rates) != {state.symbol for state in symbols.states.values()}:
         raise ModelError(symbols.where, "has own states without a rate, or rates without a state", "give one rate per State")
     powers = {power: read(getattr(element, power)(), power) for power in POWERS}
@@ -122,6 +124,23 @@ def _written_laws(symbols: ElementSymbols) -> _WrittenLaws:
     }
     printed = {**cases, **cases.pop("powers"), "inertias": inertias, "kinetic_energy": kinetic, "modes": modes}
     return _WrittenLaws(definitions, torques, mass, constraints, rates, powers, modes, printed)
+
+
+def _table(symbols: ElementSymbols, method: str) -> Mapping[Any, Any]:
+    """What a method of the element answers, by flange or state. Raises ModelError for anything but a mapping."""
+    answer = getattr(symbols.element, method)()
+    if not isinstance(answer, Mapping):
+        example = "{self.state: law}" if method == "rates" else "{self.flange: law}"
+        raise ModelError(symbols.where, f"{method} answers {type(answer).__name__}", f"return a dict such as {example}")
+    return answer
+
+
+def _list(symbols: ElementSymbols, method: str) -> list[Any]:
+    """What a method of the element answers, one after the other. Raises ModelError for anything but a list."""
+    answer = getattr(symbols.element, method)()
+    if not isinstance(answer, Iterable) or isinstance(answer, (str, Mapping)):
+        raise ModelError(symbols.where, f"{method} answers {type(answer).__name__}", "return a list, such as [law]")
+    return list(answer)
 
 
 def _in_order_of_use(symbols: ElementSymbols, definitions: Expressions) -> Expressions:

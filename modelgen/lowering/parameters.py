@@ -188,6 +188,8 @@ class ParameterTable:
         if isinstance(value, str):
             value = read_quantity(value, parameter.unit, where)
         unit = "" if parameter.unit == "1" else f" in {parameter.unit}"
+        if isinstance(value, (bool, np.bool_)):
+            raise CaseError(where, f"{value!r} is not a number", f"give a number{unit}")
         try:
             numbers = np.asarray(value, dtype=float)
         except (TypeError, ValueError, OverflowError):

@@ -15,6 +15,7 @@ from modelgen.errors import ModelError, NamingError, nearest
 from modelgen.model.chosen_limits import ChosenLimit, chosen_limits
 from modelgen.model.declarations import Flange
 from modelgen.model.element import Element, Shared
+from modelgen.model.given_kinds import check_kinds
 from modelgen.model.named import BaseFrequency, NamedParameter, base_frequency, named_parameter
 from modelgen.model.names import identifier, model_name
 from modelgen.model.speeds import mean_speeds, read_speed
@@ -74,6 +75,7 @@ class Driveline:
     def __post_init__(self) -> None:
         where = f"driveline {self.name!r}"
         model_name(self.name, "driveline")
+        check_kinds(self, where)
         put = object.__setattr__
         put(self, "elements", tuple(self.elements))
         for each in self.elements:

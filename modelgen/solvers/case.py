@@ -5,17 +5,18 @@ What a sweep hashes and a report cites: the model's fingerprint, parameters, sta
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from modelgen.errors import CaseError
+from modelgen.errors import CaseError, nearest
 from modelgen.lowering import Compiled, Section
 from modelgen.solvers.bound_model import compiled_of
 from modelgen.solvers.case_values import (
@@ -137,6 +138,7 @@ class Case:
 
     def change(self, **changes: Any) -> Case:
         """The same case with something else; ``parameters`` that are given take the place of the case's own."""
+        _check_fields("Case.change", changes)
         return replace(self, **{"model": self._given_model, **changes})
 
     def data(self) -> dict[str, Any]:
@@ -174,6 +176,26 @@ class Case:
         return f"case of {name!r}: {span} by {self.solver} at {self.tolerance:g}{changed}"
 
     __repr__ = __str__
+
+
+def _check_fields(where: str, given: Mapping[str, Any]) -> None:
+    """Raises CaseError for what is no field of a case."""
+    known = [each.name for each in fields(Case) if each.init]
+    for name in given:
+        if name not in known:
+            raise CaseError(where, f"has no {name!r}", nearest(name, known))
+
+
+_made = Case.__init__
+
+
+@functools.wraps(_made)
+def _make(self: Case, *args: Any, **given: Any) -> None:
+    _check_fields("Case", given)
+    _made(self, *args, **given)
+
+
+Case.__init__ = _make  # type: ignore[method-assign]  # a misspelt field is one sentence with the nearest name
 
 
 def _plain(value: Any) -> Any:

@@ -90,5 +90,6 @@ def _vibration_energy(point: OperatingPoint, rates: Array) -> float:
     c = point.coordinates
     relative = rates.copy()
     relative[c.roots] = 0.0
-    speed = c.to_angles @ relative
-    return float(speed @ point.mass @ speed) / 2
+    with np.errstate(over="ignore"):
+        speed = c.to_angles @ relative
+        return float(speed @ point.mass @ speed) / 2

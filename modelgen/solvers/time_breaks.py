@@ -132,10 +132,11 @@ def _by_scanning(switch: TimeSwitch, edges: Vector, p: Vector) -> Vector:
 
     left, right = grid[:-1].copy(), grid[1:].copy()
     here, there = side(left), side(right)
+    on_it = edges[:1] if not switch.whole and here[0] == 0 != there[0] else edges[:0]  # the run starts on a place
     differ = (here != there) & (here != 0 if not switch.whole else True)
     left, right, here = left[differ], right[differ], here[differ]
     for _ in range(HALVINGS):
         middle = left + 0.5 * (right - left)
         same = side(middle) == here if len(middle) else np.zeros(0, dtype=bool)
         left, right = np.where(same, middle, left), np.where(same, right, middle)
-    return right
+    return np.concatenate([on_it, right])

@@ -321,3 +321,20 @@ def test_an_inertia_may_be_a_named_quantity():
     model = lower(assemble(line))
     now = model.evaluate(0.0, [0.0] * 4, model.parameters.vector())
     assert now["s.viscous_coefficient"] == pytest.approx(2 * 0.1 * (8 * 18 / 19) ** 0.5, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("method", "answer", "words"),
+    [
+        ("torques", [1], r"torques answers list; return a dict such as \{self.flange: law\}"),
+        ("torques", None, r"torques answers NoneType; return a dict"),
+        ("inertias", (1,), r"inertias answers tuple; return a dict"),
+        ("rates", 3.0, r"rates answers float; return a dict such as \{self.state: law\}"),
+        ("constraints", sympy.Symbol("x"), r"constraints answers Symbol; return a list, such as \[law\]"),
+        ("constraints", None, r"constraints answers NoneType; return a list"),
+        ("constraints", 0, r"constraints answers int; return a list"),
+    ],
+)
+def test_a_method_that_answers_another_kind_is_one_sentence(method: str, answer: object, words: str) -> None:
+    with pytest.raises(ModelError, match=f"odd 'it': {words}"):
+        template({method: lambda self: answer})

@@ -277,3 +277,19 @@ def test_a_line_holds_and_lists_its_elements_and_has_a_hash() -> None:
 def test_what_is_no_limit_is_refused(limits, words):
     with pytest.raises(ModelError, match=re.escape(words)):
         Driveline("line", limits=limits)
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "words"),
+    [
+        ("elements", Inertia("m", inertia=1.0), r"elements are Inertia.*; give a list such as \[Inertia"),
+        ("elements", None, r"elements are None; give a list"),
+        ("connections", "ab", r"connections are 'ab'; give a list"),
+        ("balanced", "load", r"balanced are 'load'; give a list such as \[\"load\"\]"),
+        ("parameters", [1], r"parameters are \[1\]; give a dict such as"),
+        ("bases", 3, r"bases are 3; give a dict"),
+    ],
+)
+def test_a_field_of_another_kind_is_one_sentence(field, value, words):
+    with pytest.raises(ModelError, match=f"driveline 'x': {words}"):
+        Driveline("x", **{field: value})

@@ -69,6 +69,15 @@ def test_a_wrong_case_is_refused_when_it_is_made(changes: dict[str, Any], words:
         Case(**{"model": MODEL, "end": 1.0, **changes})
 
 
+def test_a_misspelt_field_is_refused_with_the_nearest() -> None:
+    with pytest.raises(ModelgenError, match=r"Case: has no 'tolerence'; nearest is 'tolerance'"):
+        Case(MODEL, end=1.0, tolerence=1e-6)  # type: ignore[call-arg]
+    with pytest.raises(ModelgenError, match=r"Case.change: has no 'solvr'; nearest is 'solver'"):
+        Case(MODEL, end=1.0).change(solvr="rk4")
+    with pytest.raises(ModelgenError, match=r"parameter 's.stiffness': True is not a number; give a number in N\*m/rad"):
+        Case(MODEL, end=1.0, parameters={"s.stiffness": True})
+
+
 def test_texts_with_units_and_numbers_of_numpy() -> None:
     case = Case(MODEL, end="20 ms", begin=np.float32(0.0), record_from="10 ms", samples=np.int64(11), tolerance=np.float64(1e-7))
     assert (case.end, case.record_from, case.samples, case.tolerance) == (0.02, 0.01, 11, 1e-7)

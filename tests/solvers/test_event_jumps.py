@@ -34,6 +34,7 @@ from modelgen import (
     system,
 )
 from modelgen.model import PeriodicTable
+from modelgen.model.declarations import TIME
 from modelgen.solvers.bound_model import operating_point
 from modelgen.solvers.lanes import solve_lanes
 from modelgen.solvers.problem import Budget, SolverOptions
@@ -115,6 +116,26 @@ def test_a_torque_tears_a_stuck_brake_loose(method: str, shape: str, more: dict[
         assert run.events is not None
         assert [event.name for event in run.events] == ["brake.break_forward"]
         assert run.events.breaks == pytest.approx([0.5] if shape == "step" else [0.5, 0.500001], abs=1e-15)
+
+
+class SquareTorque(Element):
+    """A torque that changes its sign: at the start it has a value of its own, zero."""
+
+    a = Flange()
+    size, rate = Param("N*m"), Param("rad/s")
+
+    def torques(self) -> Mapping[Any, Any]:
+        return {self.a: self.size * sympy.sign(sympy.sin(self.rate * TIME))}
+
+
+@pytest.mark.parametrize("method", [*EXPLICIT, "collocation"])
+def test_a_run_that_starts_on_a_jump_begins_behind_it(method: str) -> None:
+    """From rest a = 1 N*m less 0.5 N*m of friction; the torque turns after 0.05 s, and the shaft then sticks or goes back."""
+    parts = [Inertia("a", inertia=1.0), Brake("b", "a", sliding_torque=0.5, holding_torque=0.5)]
+    square = SquareTorque("q", "a", size=1.0, rate=20 * math.pi)
+    case = Case(Driveline("x", elements=[*parts, square]), end=0.04, start="zero", solver=method)
+    for run in [simulate(case)] if method == "collocation" else both(case):
+        assert run["a.speed"][-1] == pytest.approx(0.5 * 0.04, abs=1e-10)
 
 
 @pytest.mark.parametrize("method", EVERY)

@@ -11,7 +11,7 @@ nbclient = pytest.importorskip("nbclient")
 
 FOLDER = Path(__file__).parent.parent / "notebooks"
 NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
-LONG = {"03_nonlinear_dynamics"}
+LONG = {"02_fracturing_truck", "03_nonlinear_dynamics"}
 
 
 def pictures(notebook: object) -> list[int]:

@@ -80,13 +80,22 @@ QUESTIONS: dict[str, Callable[[Any], Any]] = {
 }
 
 
-@pytest.mark.parametrize("question", QUESTIONS)
+LONG = ("settled", "poincare", "bifurcation", "periodic_orbit")  # slow for every form
+
+
+@pytest.mark.parametrize("question", [pytest.param(each, marks=[pytest.mark.slow] * (each in LONG)) for each in QUESTIONS])
 def test_every_question_takes_every_form_and_answers_the_same(question: str, tmp_path: Path) -> None:
     ask = QUESTIONS[question]
     expected = np.asarray(ask(FORMS["driveline"](tmp_path)))
     assert expected.size
     for make in FORMS.values():
         assert np.asarray(ask(make(tmp_path))) == pytest.approx(expected, rel=1e-12, abs=1e-15)
+
+
+@pytest.mark.parametrize("question", LONG)
+def test_long_questions_take_a_bound_model(question: str) -> None:
+    ask = QUESTIONS[question]
+    assert np.asarray(ask(bind(line()))) == pytest.approx(np.asarray(ask(Case(line(), end=3.0))), rel=1e-12, abs=1e-15)
 
 
 @pytest.mark.parametrize("question", QUESTIONS)

@@ -102,7 +102,7 @@ def native(problem: InitialValueProblem, options: SolverOptions, method: str = "
     return [solve_native(problem, options, method), solve_lanes([problem] * 3, options, method=method).trajectories[1]]
 
 
-@pytest.mark.parametrize("method", ["rk4", "dopri5", "dop853"])
+@pytest.mark.parametrize("method", ["rk4", pytest.param("dopri5", marks=pytest.mark.slow), "dop853"])
 def test_bounces_of_a_ball(method: str) -> None:
     expected = bounces(0.8, 4.0)
     for run in native(ball(0.8, 4.0), OPTIONS, method):
@@ -158,7 +158,7 @@ def test_the_log_is_that_of_the_virtual_machine(rattler: InitialValueProblem, op
         assert np.abs(run.states - expected.states).max() < 1e-10
 
 
-@pytest.mark.parametrize("method", ["dopri5", "dop853"])
+@pytest.mark.parametrize("method", ["dopri5", pytest.param("dop853", marks=pytest.mark.slow)])
 def test_other_methods_find_the_same_events(rattler: InitialValueProblem, method: str) -> None:
     options = SolverOptions(tolerance=1e-10)
     expected = log_of(solve_native(rattler, options))
@@ -186,6 +186,7 @@ def test_the_log_does_not_depend_on_the_output_times(rattler: InitialValueProble
         assert one.statistics.steps == other.statistics.steps
 
 
+@pytest.mark.slow
 def test_no_zero_of_a_fast_guard_is_lost() -> None:
     rng = np.random.default_rng(1)
     first = hybrid(
@@ -344,6 +345,7 @@ def test_logs_can_be_cut_short_while_counts_go_on(rattler: InitialValueProblem) 
         assert np.array_equal(log_of(run).counts, full.counts)
 
 
+@pytest.mark.slow
 def test_a_log_longer_than_the_room_of_a_worker_is_complete() -> None:
     problem = hybrid(
         lambda t, x, p: [1.0 + 0 * x[0]], lambda t, x, p: [ca.sin(p[0] * t)], [Crossing("zero", 0)], [0.0], [10.0], p=[1500.0]
@@ -370,6 +372,7 @@ def test_a_run_goes_on_from_where_an_event_stopped_it(rattler: InitialValueProbl
         problem = dataclasses.replace(problem, x0=lanes.final[0])
 
 
+@pytest.mark.slow
 def test_a_guard_without_a_value_ends_the_run_with_a_name() -> None:
     """The square root ends at 1 s, after the guard's zero at 0.99 s."""
     problem = hybrid(

@@ -101,6 +101,7 @@ def test_it_takes_the_same_steps_on_the_virtual_machine_in_c_and_in_lanes(name: 
     assert runs[1]["s.twist"] == pytest.approx(runs[0]["s.twist"], rel=1e-10, abs=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("folder")
 def test_it_locates_events_and_stands_in_a_cross_check() -> None:
     parts = [Inertia("a", inertia=0.4), Inertia("b", inertia=0.6), HardStop("s", "a", "b", clearance=0.1, restitution=0.7)]

@@ -91,6 +91,7 @@ def test_an_order_that_is_too_high_is_brought_down() -> None:
     assert (found.order, found.proven) == (1, True)
 
 
+@pytest.mark.slow
 def test_the_commensurate_truck_has_period_one() -> None:
     model = lower(assemble(load("fracturing-truck-commensurate")))
     found = periodic_orbit(Case(model, end=1.0), tolerance=1e-11)

@@ -75,7 +75,7 @@ _SIGNS = str.maketrans(
 )
 _HIGH, _PLAIN = "⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-"
 # What engineers write in one word: N m, also with a second, and kg m^2. pint takes "Nm" for a textile count.
-_JOINED = re.compile(r"(?<![A-Za-z_])((?:[kMGmu]?N)|k?g|t)(mm|cm|m)(s?)((?:\^|\*\*)\d)?(?![A-Za-z_])")
+_JOINED = re.compile(r"(?<![A-Za-z_])((?:[dcmukMG]?N)|k?g|t)(mm|cm|m)(s?)((?:\^|\*\*)\d)?(?![A-Za-z_])")
 _TURNS = re.compile(r"(?<![A-Za-z_])(?:U|r|tr|rev)\s*/\s*min(?![A-Za-z_])|(?<![A-Za-z_])RPM(?![A-Za-z_])")
 _PER_MINUTE = re.compile(r"(?:1\s*/\s*)min|/\s*min|min\s*(?:\^|\*\*)?-1")
 
@@ -134,6 +134,9 @@ def split_quantity(text: str, where: str) -> tuple[float, str]:
     match = _NUMBER_TEXT.fullmatch(text) if len(text) <= 120 else None
     if match is None:
         raise UnitError(where, f"{text[:120]!r} is not a number with a unit", 'write for example "35 kN*m/deg"')
+    if re.match(r",\d", match[2]):
+        remedy = 'write a decimal point, and nothing between thousands, such as "1.5 N*m" or "3000 rpm"'
+        raise UnitError(where, f"{text!r} has a comma in its number", remedy)
     return float(match[1]), match[2]
 
 

@@ -59,9 +59,8 @@ def name_tests() -> list[str]:
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in SUFFIX_TESTS:
                 if any(text.startswith(".") for text in texts(node.args)):
                     found.append(f"{name}:{node.lineno}")
-            elif isinstance(node, ast.Compare) and "kind" in ast.unparse(node.left):
-                if KINDS & texts(node.comparators):
-                    found.append(f"{name}:{node.lineno}")
+            elif isinstance(node, ast.Compare) and "kind" in ast.unparse(node.left) and KINDS & texts(node.comparators):
+                found.append(f"{name}:{node.lineno}")
     return found
 
 

@@ -80,12 +80,13 @@ class Rest:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """A place at rest, or what is ``missing`` for one; ``holding`` and ``remarks`` as in ``StaticState``."""
+    """A place at rest, or what is ``missing`` for one; ``begin`` beside it, ``holding`` and ``remarks`` as in ``StaticState``."""
 
     place: Array
     missing: str | None = None
     holding: dict[str, float] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
+    begin: Array | None = None
 
 
 def settle(rest: Rest) -> Found:

@@ -29,12 +29,13 @@ ITERATIONS = 50
 
 def starting_state(model: Compiled, point: OperatingPoint, start: str | Mapping[str, Any], time: float = 0.0) -> Array:
     """The state that a run starts from at a time [s]. Raises CaseError for values that contradict each other."""
+    at_rest = point.start if point.begin is None else point.begin
     own = np.array([state.start if state.kind == "own" else 0.0 for state in model.equations.states])
     if isinstance(start, str):
-        return point.start.copy() if start == "static" else own
+        return at_rest.copy() if start == "static" else own
     values = read_start(model, start)
     of_channels = {name: value for name, value in values.items() if name not in model.states}
-    state = own if of_channels else point.start.copy()
+    state = own if of_channels else at_rest.copy()
     for name, value in values.items():
         if name in model.states:
             state[model.state_index(name)] = value

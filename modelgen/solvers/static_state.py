@@ -27,12 +27,14 @@ class StaticState:
     """Angles of the groups [rad] from uniform rotation, and ``drift`` [rad/s^2] of the reference shaft.
 
     ``holding`` [N*m]: torque of every element that sticks or has slipped. ``remarks``: what the torques alone do not decide.
+    ``begin``: the angles where a run starts instead, where something has slipped: a little inside its limit.
     """
 
     angle: Array
     drift: float
     holding: dict[str, float]
     remarks: tuple[str, ...]
+    begin: Array | None = None
 
 
 def static_state(model: Compiled, p: Array, mean: Array, coordinates: Coordinates) -> StaticState:
@@ -63,7 +65,8 @@ def static_state(model: Compiled, p: Array, mean: Array, coordinates: Coordinate
     if found.missing is not None:
         what = f"has no static equilibrium: {found.missing}"
         raise CaseError(f"driveline {model.name!r}", what, 'start from "zero" or from given states')
-    return StaticState(rest.to_angles @ found.place, drift, found.holding, found.remarks)
+    begin = None if found.begin is None else rest.to_angles @ found.begin
+    return StaticState(rest.to_angles @ found.place, drift, found.holding, found.remarks, begin)
 
 
 def _force_unit(unit: str) -> str:

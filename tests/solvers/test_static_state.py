@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
 import pytest
+import sympy
 
 from modelgen import (
     Brake,
@@ -23,6 +25,7 @@ from modelgen import (
     Shaft,
     assemble,
     lower,
+    modal,
     operating_point,
     quantity,
     simulate,
@@ -283,3 +286,45 @@ def test_a_brake_at_its_limit_is_no_knife_edge(seed):
     run = simulate(Case(Driveline("edge", elements=parts), end=0.05, tolerance=1e-9))
     assert run.events.counted() == {}
     assert run["a.torque"][0] == pytest.approx(limit, rel=1e-6)
+
+
+class Arm(Element):
+    """Gravity on an arm: a periodic law of the angle of a shaft."""
+
+    shaft = Flange()
+    k = Param("N*m")
+
+    def torques(self):
+        return {self.shaft: -self.k * sympy.sin(self.shaft.angle)}
+
+
+@pytest.mark.parametrize("push", [0.5, -0.3, 0.9])
+def test_a_law_of_an_angle_that_does_not_turn_holds_it(push):
+    model = lower(assemble(Driveline("arm", elements=[A, Arm("arm", "A", k=1.0), torque("push", "A", push)])))
+    run = simulate(Case(model, end=1.0))
+    assert run["A.angle"] == pytest.approx(np.full(len(run.times), math.asin(push)), abs=1e-9)
+    stiffness = math.sqrt(1 - push**2)
+    assert modal(model).frequencies == pytest.approx([math.sqrt(stiffness / 0.5) / (2 * math.pi)])
+
+
+def test_more_torque_than_an_arm_can_hold_has_no_equilibrium():
+    with pytest.raises(CaseError, match="has no static equilibrium"):
+        point_of(A, Arm("arm", "A", k=1.0), torque("push", "A", 1.5))
+
+
+@pytest.mark.parametrize("k", [1e-6, 100.0, 1e4])
+def test_a_law_that_averages_to_nothing_over_a_turn_is_in_balance(k):
+    parts = [A, B, shaft("s", "A", "B"), Arm("arm", "A", k=k)]
+    model = lower(assemble(Driveline("turned", speed="10 rpm", reference="A", elements=parts)))
+    assert modal(model).frequencies == pytest.approx([0.0, math.sqrt(1e4 * 4) / (2 * math.pi)])
+    with pytest.raises(BalanceError, match=r"mean torques leave"):
+        point_of(*parts, torque("push", "B", 1e-3 * k), speed="10 rpm", reference="A")
+
+
+def test_what_is_free_in_play_stays_where_it_is_in_every_order():
+    a, b = (Inertia(name, inertia=1.0) for name in ("n0", "n1"))
+    parts = [a, b, brake("b0", "n0", 10.0), stop("s", "n0", "n1"), torque("t", "n0", 5.3)]
+    for order in itertools.permutations(parts):
+        point = point_of(*order)
+        assert point.holding == {"b0": pytest.approx(5.3)}
+        assert np.abs(point.angle).max() < 1e-15

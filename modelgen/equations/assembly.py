@@ -66,7 +66,7 @@ def assemble(line: Driveline) -> Equations:
         name: (shaft_node(line, name, node_of, f"driveline {line.name!r}, speeds,"), symbol / table.speed)
         for name, symbol in table.speeds.items()
     }
-    mean = mean_rotation(line, nodes, coordinates, first, given, exact)
+    mean = mean_rotation(line, parts, nodes, coordinates, first, given, exact)
 
     def ratio(node: int) -> sympy.Expr:
         return nodes.nodes[node].over(mean.ratios)

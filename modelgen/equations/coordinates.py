@@ -86,7 +86,8 @@ def _forms(
             wound = len(relative.coefficients) > 1 and len(terms) == 1 and kept
             if wound and relative.sees_angle and not grounded:
                 raise ModelError(part.where, "joins two shafts that a rigid gear already joins", "take one of them out")
-            forms.append(Form(f"{part.name}.{relative.name}", relative.unit, kept, relative.sees_angle))
+            to_ground = len(relative.coefficients) == 1
+            forms.append(Form(f"{part.name}.{relative.name}", relative.unit, kept, relative.sees_angle, to_ground=to_ground))
         forms_of_parts.append(tuple(range(start, len(forms))))
     return forms, tuple(forms_of_parts), conditions
 

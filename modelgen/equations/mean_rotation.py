@@ -2,7 +2,9 @@
 
 Part of the grammar, after the coordinates are chosen (``modelgen.equations.coordinates``). What holds the mean speeds together,
 from strong to weak: constraints and relative angles, which cannot wind up; the speeds that are given; and where these leave a
-speed open, the laws that see a speed difference alone, such as a damper or a clutch, which then turns without slip.
+speed open, the laws that see a speed difference alone, such as a damper or a clutch, which then turns without slip. What ties a
+member of a constraint over three flanges to ground counts with the relative angles as long as the reference shaft turns beside
+it, as with the ring of a planetary set; where ground holds the reference shaft too, nothing has a mean speed to be given.
 """
 
 from __future__ import annotations
@@ -14,8 +16,10 @@ import sympy
 
 from modelgen.equations.conditions import Condition, Exact
 from modelgen.equations.coordinates import Coordinates, element_of
-from modelgen.equations.nodes import Nodes
+from modelgen.equations.nodes import Nodes, over_nodes
 from modelgen.equations.null_space import NullSpace, Row, null_space
+from modelgen.equations.parts import Part
+from modelgen.equations.records import Form
 from modelgen.errors import ModelError
 from modelgen.model import Driveline
 
@@ -38,6 +42,7 @@ class MeanRotation:
 
 def mean_rotation(
     line: Driveline,
+    parts: Sequence[Part],
     nodes: Nodes,
     coordinates: Coordinates,
     first: int,
@@ -48,13 +53,9 @@ def mean_rotation(
 
     Raises ModelError for loops that would wind up, for a speed that follows from the others, and for one that is missing.
     """
-    forms, count = coordinates.forms, len(nodes.groups)
-    joining = [form for form in forms if len(form.coefficients) > 1]
-    hard = [form for form in joining if form.sees_angle]
-    loose = null_space(count, [form.coefficients for form in hard], first, exact, lambda index: element_of(hard[index]))
-    if any(not row for row in loose.over.values()):
-        last = hard[list(loose.solved.values())[-1]]
-        raise ModelError(element_of(last), "closes a loop whose gear ratios do not agree", "check the tooth numbers on the loop")
+    count = len(nodes.groups)
+    joining = [form for form in coordinates.forms if len(form.coefficients) > 1 and not form.to_ground]
+    loose = _without_wind_up(line, parts, nodes, coordinates, first, exact)
     open_speeds = _OpenSpeeds(loose, first, exact)
     for name, (node, _) in given.items():
         row = _over_groups(nodes.nodes[node].row, loose.over)
@@ -64,10 +65,9 @@ def mean_rotation(
     for form in joining:
         if not form.sees_angle:
             open_speeds.require(_over_groups(form.coefficients, loose.over))
-    touched = {group for form in joining for group in form.coefficients}
-    for each in nodes.nodes:
-        touched |= set(each.row) if len(each.row) > 1 else set()
-    missing = open_speeds.close(touched if line.speed is not None else set())
+    missing = open_speeds.close(
+        _must_be_given(nodes, coordinates, joining, loose, open_speeds) if line.speed is not None else set()
+    )
     if missing:
         what = f"leaves {len(missing)} further mean speed{'s' * (len(missing) > 1)} free beside that of {line.reference!r}"
         example = ", ".join(f'{name} = "... rpm"' for name in (nodes.groups[group] for group in missing))
@@ -81,6 +81,60 @@ def mean_rotation(
         by_speed=tuple(tuple(each.get(key, sympy.Integer(0)) for key in keys) for each in held),
         conditions=tuple(loose.conditions),
     )
+
+
+def _without_wind_up(
+    line: Driveline, parts: Sequence[Part], nodes: Nodes, coordinates: Coordinates, first: int, exact: Exact
+) -> NullSpace:
+    """The rotations that wind up no relative angle, those of ground left out where they hold the reference shaft.
+
+    Raises ModelError for a loop in which nothing can turn though nothing in it is tied to ground.
+    """
+    count = len(nodes.groups)
+    mixed = {group for node in nodes.nodes if len(node.row) > 1 for group in node.row}
+    seen = [form for form in coordinates.forms if form.sees_angle and form.coefficients]
+    hard = [form for form in seen if len(form.coefficients) > 1 and not form.to_ground]
+    ground = [form for form in seen if form.to_ground and mixed & set(form.coefficients)]
+
+    def rotations(forms: Sequence[Form]) -> NullSpace:
+        return null_space(count, [form.coefficients for form in forms], first, exact, lambda index: element_of(forms[index]))
+
+    loose = rotations(hard)
+    if not all(loose.over.values()):
+        _check_loops(line, parts, nodes, hard[list(loose.solved.values())[-1]], exact)
+    held = rotations([*hard, *ground]) if ground else loose
+    if held.over[first]:
+        return held
+    return loose if loose.over[first] else rotations([])
+
+
+def _check_loops(line: Driveline, parts: Sequence[Part], nodes: Nodes, last: Form, exact: Exact) -> None:
+    """Raises ModelError where a loop locks itself: its nodes cannot turn even when no constraint holds a node to ground.
+
+    Without an operating speed only members of two flanges count, such as gears and shafts; what springs over three flanges
+    leave no rotation is a system that rests, with its natural frequencies.
+    """
+    rows = [row for row in nodes.constraints if len(row) > 1]
+    for part in parts:
+        joining = [each.coefficients for each in part.template.relatives if each.sees_angle and len(each.coefficients) > 1]
+        rows += [over_nodes(part, row) for row in joining]
+    if line.speed is None:
+        rows = [row for row in rows if len(row) == 2]
+    if not all(null_space(len(nodes.nodes), rows, 0, exact).over.values()):
+        what = "closes a loop whose gear ratios do not agree"
+        raise ModelError(element_of(last), what, "check the tooth numbers on the loop")
+
+
+def _must_be_given(
+    nodes: Nodes, coordinates: Coordinates, joining: Sequence[Form], loose: NullSpace, open_speeds: _OpenSpeeds
+) -> set[int]:
+    """Groups beside others whose mean speed something must say: those that a rotation which stays free turns with."""
+    touched = {group for form in joining for group in form.coefficients}
+    for each in nodes.nodes:
+        touched |= set(each.row) if len(each.row) > 1 else set()
+    free = [step.group for step in coordinates.steps if step.form is None]
+    turning = [set(open_speeds.open(_over_groups({group: sympy.Integer(1)}, loose.over))) for group in free]
+    return touched & set().union(*turning)
 
 
 def _over_groups(row: Row, over: Mapping[int, Row]) -> dict[int, list[sympy.Expr]]:
@@ -137,6 +191,10 @@ class _OpenSpeeds:
     def of(self, terms: Mapping[int, Sequence[sympy.Expr]]) -> Speeds:
         """The speed of a row, when all are closed."""
         return self._split(terms)[1]
+
+    def open(self, terms: Mapping[int, Sequence[sympy.Expr]]) -> dict[int, sympy.Expr]:
+        """What a row takes of the groups that are still open."""
+        return self._split(terms)[0]
 
     def _split(self, terms: Mapping[int, Sequence[sympy.Expr]]) -> tuple[dict[int, sympy.Expr], Speeds]:
         """Coefficients over open groups, and what the solved ones give."""

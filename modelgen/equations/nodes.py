@@ -42,7 +42,7 @@ def group_nodes(line: Driveline, parts: Sequence[Part], flanges: Sequence[Sequen
     Raises ModelError where constraints leave a node no rotation without holding it to ground.
     """
     owners = [part for part in parts for _ in part.template.constraints]
-    rows = [_over_nodes(part, row) for part in parts for row in part.template.constraints]
+    rows = [over_nodes(part, row) for part in parts for row in part.template.constraints]
     found = null_space(len(flanges), rows, reference, exact, lambda index: owners[index].where)
     inertial = {f"{part.name}.{flange}" for part in parts for flange, _ in part.template.mass}
     names = [_name(line, members, inertial) for members in flanges]
@@ -58,7 +58,7 @@ def group_nodes(line: Driveline, parts: Sequence[Part], flanges: Sequence[Sequen
     return Nodes(nodes, tuple(names[root] for root in order), tuple(rows), tuple(found.redundant), tuple(found.conditions))
 
 
-def _over_nodes(part: Part, row: Mapping[str, sympy.Expr]) -> dict[int, sympy.Expr]:
+def over_nodes(part: Part, row: Mapping[str, sympy.Expr]) -> dict[int, sympy.Expr]:
     """Coefficients over flanges of a template as coefficients over nodes."""
     terms: dict[int, sympy.Expr] = {}
     for flange, c in row.items():

@@ -150,13 +150,14 @@ class Node:
 
 @dataclass(frozen=True)
 class Form:
-    """A relative angle over groups: sum(c_g * angle_g). ``state`` is its state if it is one of the chosen coordinates."""
+    """A relative angle over groups: sum(c_g * angle_g); ``state`` if it is a coordinate. ``to_ground``: of one flange alone."""
 
     name: str
     unit: str
     coefficients: Mapping[int, sympy.Expr]
     sees_angle: bool
     state: int | None = None
+    to_ground: bool = False
 
 
 @dataclass(frozen=True)

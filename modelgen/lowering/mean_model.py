@@ -24,7 +24,7 @@ from modelgen.lowering.fixed import Fixed
 from modelgen.lowering.forces import balance_of, forces_at
 from modelgen.lowering.holders import holders_of
 from modelgen.lowering.mass import matrix_of
-from modelgen.lowering.mean_turn import mean_over_turns
+from modelgen.lowering.mean_turn import mean_over_turns, sizes_of_torques
 from modelgen.lowering.motion import coordinates_of, group_values, motion_of_angles
 from modelgen.lowering.sampled_turn import sampled_turn
 
@@ -57,16 +57,18 @@ class MeanModel:
 
     ``torque``, ``linear``, ``elements`` and ``outputs`` of (angle, speed, own, p, w): torques on the groups [N*m] and rates of
     own states; mass, damping, stiffness; torque on every flange and mass terms; all channels. ``holders`` of the same: what
-    sticks (``modelgen.lowering.holders``). ``timed`` (clock angles, t, p) -> w. ``means`` (p) -> w over a period, and flags of
+    sticks (``modelgen.lowering.holders``); ``timed`` (clock angles, t, p) -> w. ``means`` (p) -> w over a period, and flags of
     those that are stated. ``completed`` (p) -> p with its expressions. ``angles`` (x, p) -> angles and speeds; ``coordinates``
     (angle, speed, own, p) -> x. ``frequencies`` (p) of the base frequencies [rad/s]. ``nodes`` (p) -> angles of the nodes per
-    angles of the groups. ``ratios`` (p) -> see ``SpeedRatios``.
+    angles of the groups. ``ratios`` (p) -> see ``SpeedRatios``. ``sizes`` of (angle, speed, own, p, w): torques on the
+    groups [N*m] as sums of the sizes of their parts, before these cancel.
     """
 
     own_start: Array
     torque: ca.Function
     linear: ca.Function
     elements: ca.Function
+    sizes: ca.Function
     outputs: ca.Function
     holders: ca.Function
     completed: ca.Function
@@ -81,6 +83,10 @@ class MeanModel:
     def torque_at(self, p: Array, mean: Array, angle: Array, own: Array) -> Array:
         """Torque [N*m] on each group at rest."""
         return np.asarray(self.torque(angle, np.zeros(len(angle)), own, p, mean)[0]).ravel()
+
+    def sizes_at(self, p: Array, mean: Array, angle: Array, own: Array) -> Array:
+        """Torque [N*m] on each group at rest, as the sum of the sizes of its parts."""
+        return np.asarray(self.sizes(angle, np.zeros(len(angle)), own, p, mean)).ravel()
 
     def matrices_at(self, p: Array, mean: Array, angle: Array, own: Array) -> Matrices:
         """The matrices at rest at these angles."""
@@ -126,10 +132,11 @@ def mean_model(fixed: Fixed, clocks: Clocks, x: ca.SX) -> MeanModel:
     forces = forces_at(fixed, arguments, motion, mean_over_turns)
     balance = balance_of(fixed, forces)
     outputs = ca.vertcat(*channels_of(fixed, motion, forces, balance).values())
-    torque, matrix, outputs, by_flange, by_mass_term = (
+    sizes = sizes_of_torques(fixed, arguments, forces.by_flange)
+    torque, matrix, outputs, sizes, by_flange, by_mass_term = (
         ca.substitute(each, t, 0)
         for each in (
-            *(balance.torque, matrix_of(balance.mass, n), outputs),
+            *(balance.torque, matrix_of(balance.mass, n), outputs, sizes),
             *(ca.vertcat(*forces.by_flange), ca.vertcat(*forces.by_mass_term)),
         )
     )
@@ -143,6 +150,7 @@ def mean_model(fixed: Fixed, clocks: Clocks, x: ca.SX) -> MeanModel:
         "torque": (given, [torque, ca.vertcat(*forces.rates)]),
         "linear": (given, [matrix, -ca.jacobian(torque, speeds), -ca.jacobian(torque, angles)]),
         "elements": (given, [by_flange, by_mass_term]),
+        "sizes": (given, [sizes]),
         "outputs": (given, [outputs]),
         "holders": (given, [ca.substitute(each, t, 0) for each in vars(held).values()]),
         "completed": ([p], [_completed(fixed)]),

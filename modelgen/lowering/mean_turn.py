@@ -7,6 +7,8 @@ element sees two shafts of different speed, both are turned by their speeds, ove
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import casadi as ca
 
 from modelgen.equations.records import Equations, Instance
@@ -27,12 +29,14 @@ def averaged_words(names: tuple[str, ...]) -> str:
     return f"{', '.join(names)}: the law depends on the angle of a shaft, and is averaged over its turns here" if names else ""
 
 
-def mean_over_turns(fixed: Fixed, instance: Instance, given: Arguments) -> list[ca.SX]:
-    """What the state stage of an instance gives, averaged over the turns of the shafts whose angles its laws see."""
+def mean_over_turns(
+    fixed: Fixed, instance: Instance, given: Arguments, part: Callable[[ca.SX], ca.SX] = lambda each: each
+) -> list[ca.SX]:
+    """What the state stage of an instance gives, or a ``part`` of it, averaged over the turns of the shafts that its laws see."""
     block, template = fixed.block(instance), fixed.equations.templates[instance.template]
     flanges = _turning(fixed.equations, instance)
     if not flanges:
-        return list(block.state(*given.all))
+        return [part(each) for each in block.state(*given.all)]
     speeds = {flange: fixed.at_node(instance.nodes[flange], fixed.ratios) for flange in flanges}
     turns = 1 if len({instance.nodes[flange] for flange in flanges}) == 1 else TURNS
     first = 2 * len(template.relatives)
@@ -45,9 +49,33 @@ def mean_over_turns(fixed: Fixed, instance: Instance, given: Arguments) -> list[
         for place, flange in enumerate(template.flanges):
             if flange in speeds:
                 moved[first + 2 * place] += angle * speeds[flange] / speeds[flanges[0]]
-        found = block.state(*before, moved, given.flags, given.multipliers)
-        total = [a + b for a, b in zip(total, found, strict=True)] if total else list(found)
+        found = [part(each) for each in block.state(*before, moved, given.flags, given.multipliers)]
+        total = [a + b for a, b in zip(total, found, strict=True)] if total else found
     return [each / count for each in total]
+
+
+def sizes_of_torques(fixed: Fixed, arguments: list[Arguments], by_flange: list[ca.SX]) -> ca.SX:
+    """Torques on the groups [N*m] that act before any of them cancels, over a turn or among elements: what rounding compares to.
+
+    ``by_flange`` are the torques of every instance, averaged over turns.
+    """
+    sums = [ca.SX(0)] * len(fixed.equations.groups)
+    for instance, given, torque in zip(fixed.equations.instances, arguments, by_flange, strict=True):
+        turned = _turning(fixed.equations, instance)
+        size = mean_over_turns(fixed, instance, given, ca.fabs)[1] if turned else ca.fabs(torque)
+        flanges = fixed.equations.templates[instance.template].flanges
+        for flange, each in zip(flanges, ca.vertsplit(size) if flanges else [], strict=True):
+            for group, c in fixed.node_rows[instance.nodes[flange]].items():
+                sums[group] += ca.fabs(c) * each
+    return ca.vertcat(*sums)
+
+
+def angles_seen_at_rest(equations: Equations) -> bool:
+    """Whether a law sees the angle of a shaft that does not turn in the mean, which it then holds."""
+    for instance in equations.instances:
+        if set(equations.templates[instance.template].absolute_angles) - set(_turning(equations, instance)):
+            return True
+    return False
 
 
 def _turning(equations: Equations, instance: Instance) -> tuple[str, ...]:

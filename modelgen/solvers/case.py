@@ -28,6 +28,7 @@ from modelgen.solvers.case_values import (
     read_table,
     read_whole,
 )
+from modelgen.solvers.earlier_state import in_states_of
 from modelgen.solvers.registry import method_digest, refuse_unused, solver_named, solver_options
 
 STARTS = ("static", "zero")
@@ -126,7 +127,8 @@ class Case:
         if hasattr(start, "final"):
             if not start.final:
                 raise CaseError("case, start", "is a solution without a single sample", "take one that ran")
-            start = start.final
+            earlier = getattr(getattr(start, "case", None), "model", None)
+            start = start.final if self.model is None else in_states_of(self.model, earlier, start.final)
         if not isinstance(start, Mapping):
             remedy = 'give "static", "zero", or values of states by name, of channels, or an earlier solution'
             raise CaseError("case, start", f"is {start!r:.60}", remedy)

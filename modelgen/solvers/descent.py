@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 ITERATIONS = 400
 FADING = 10.0 ** np.arange(0, -14, -1)  # stiffness of the spring to the start per inertia, of the fastest seen
 CONVERGED, ACCEPTED = 1e-14, 1e-9  # force that may remain, per the largest at the start
+ROUNDING = 1e-13  # of the torques that act, before they cancel: a force that is none
 SOFT = 1e-9  # of the largest eigenvalue: what counts as no stiffness, or as a negative one
 NOT_CONVEX = (
     "the energy is not convex: this is the state reached by raising the mean torques from zero, and others may exist"
@@ -34,6 +35,7 @@ class Rest:
     """The problem: coordinates u with angles = ``to_angles`` @ u, forces along them, and what they are called.
 
     ``drive`` [N*m] are the torques on the groups that accelerate; ``extra`` [N*m] further constant ones, as of what slips.
+    ``acting`` [N*m] is the largest torque on a group, before torques cancel.
     """
 
     functions: MeanModel
@@ -45,6 +47,7 @@ class Rest:
     mass: Array
     names: tuple[str, ...]
     extra: Array | None = None
+    acting: float = 0.0
 
     def torque(self, u: Array) -> Array:
         """Torques on the groups that do not balance [N*m]."""
@@ -68,6 +71,14 @@ class Rest:
         return np.asarray(self.to_angles.T @ self.mass @ self.to_angles)
 
     @property
+    def negligible(self) -> float:
+        """Force along a coordinate that is rounding of the torques that act."""
+        largest = max(self.acting, float(np.abs(self.drive).max(initial=0.0)))
+        if self.extra is not None:
+            largest = max(largest, float(np.abs(self.extra).max(initial=0.0)))
+        return ROUNDING * largest * float(np.abs(self.to_angles).max(initial=0.0))
+
+    @property
     def is_linear(self) -> bool:
         """Whether the stiffness is the same everywhere."""
         return bool(self.functions.linear.jac_sparsity(2, 0).nnz() == 0)
@@ -80,12 +91,13 @@ class Rest:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """A place at rest, or what is ``missing`` for one; ``holding`` and ``remarks`` as in ``StaticState``."""
+    """A place at rest, or what is ``missing`` for one; ``begin`` beside it, ``holding`` and ``remarks`` as in ``StaticState``."""
 
     place: Array
     missing: str | None = None
     holding: dict[str, float] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
+    begin: Array | None = None
 
 
 def settle(rest: Rest) -> Found:
@@ -94,15 +106,17 @@ def settle(rest: Rest) -> Found:
     size = float(np.abs(rest.force(start)).max(initial=0.0))
     if size == 0.0 and (not len(start) or rest.is_linear):
         return Found(start)
+    is_nothing = size <= rest.negligible
+    size = max(size, rest.negligible / ACCEPTED) if is_nothing else size
     with np.errstate(all="ignore"):
-        place = _newton(rest, size)
+        place = start if is_nothing else _newton(rest, size)
         is_there = _is_rest(rest, place, size)
         if not is_there and _is_convex(rest, start):
             place = _descended(rest, size)
             is_there = _is_rest(rest, place, size)
         if _is_convex(rest, place):
             return Found(place, remarks=_free_angles(rest, place)) if is_there else Found(place, missing=_missing(rest, place))
-        raised = _raised(rest, size)
+        raised = start if is_nothing else _raised(rest, size)
         if _is_rest(rest, raised, size):
             return Found(raised, remarks=(NOT_CONVEX,))
         return Found(start, missing=_missing(rest, raised))

@@ -32,6 +32,7 @@ class OperatingPoint:
     [rad/s^2] (acceleration of the reference shaft that an unbalanced mean torque causes), ``coordinates`` (states and angles).
     ``holding`` [N*m]: torque of every element that sticks or has slipped on the way; ``remarks``: what the torques alone do not
     decide, and what was taken. ``no_rest``: why there is no static state, where none was needed; the angles are then zero.
+    ``begin``: the state where a run starts at rest; that of ``start``, but with what has slipped a little inside its limit.
     """
 
     p: Array
@@ -46,6 +47,7 @@ class OperatingPoint:
     holding: Mapping[str, float] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
     no_rest: str = ""
+    begin: Array | None = None
 
     def frequencies(self) -> Array:
         """Undamped natural frequencies [Hz], sorted; a rigid rotation is at zero."""
@@ -94,8 +96,11 @@ def point_of(model: Compiled, must_rest: bool = True) -> OperatingPoint:
         p[model.parameters.slices[MODAL]] = _modal_damping(mass, stiffness, zeta).ravel(order="F")
         mass, damping, stiffness = model.mean_model.matrices_at(p, mean, angle, own)
     start = np.asarray(model.mean_model.coordinates(angle, np.zeros_like(angle), own, p)).ravel()
+    begin = start
+    if rest.begin is not None:
+        begin = np.asarray(model.mean_model.coordinates(rest.begin, np.zeros_like(angle), own, p)).ravel()
     return OperatingPoint(
-        p, mean, angle, start, mass, damping, stiffness, rest.drift, coordinates, rest.holding, rest.remarks, no_rest
+        p, mean, angle, start, mass, damping, stiffness, rest.drift, coordinates, rest.holding, rest.remarks, no_rest, begin
     )
 
 

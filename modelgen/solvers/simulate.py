@@ -16,6 +16,7 @@ from modelgen.lowering.switched import SwitchedModel
 from modelgen.solvers.bound_model import operating_point
 from modelgen.solvers.case import Case
 from modelgen.solvers.equilibrium import Array
+from modelgen.solvers.first_modes import with_first_modes
 from modelgen.solvers.guards import guard_floors
 from modelgen.solvers.operating_point import OperatingPoint
 from modelgen.solvers.problem import InitialValueProblem
@@ -96,7 +97,7 @@ def initial_value_problem(case: Case, point: OperatingPoint) -> tuple[InitialVal
     rhs, p = (model.rhs_function, point.p) if switched is None else (switched.rhs_function, switched.extended(point.p))
     switching = None if switched is None else switched.switching
     scales = state_scales(model, point, start)
-    problem = InitialValueProblem(rhs, model.states, start, p, scales, case.begin, case.times(), switching)
+    problem = with_first_modes(InitialValueProblem(rhs, model.states, start, p, scales, case.begin, case.times(), switching))
     _refuse_beyond_barriers(problem, f"case of {model.name!r}, start")
     return problem, offset
 

@@ -29,12 +29,13 @@ ITERATIONS = 50
 
 def starting_state(model: Compiled, point: OperatingPoint, start: str | Mapping[str, Any], time: float = 0.0) -> Array:
     """The state that a run starts from at a time [s]. Raises CaseError for values that contradict each other."""
+    at_rest = point.start if point.begin is None else point.begin
     own = np.array([state.start if state.kind == "own" else 0.0 for state in model.equations.states])
     if isinstance(start, str):
-        return point.start.copy() if start == "static" else own
+        return at_rest.copy() if start == "static" else own
     values = read_start(model, start)
     of_channels = {name: value for name, value in values.items() if name not in model.states}
-    state = own if of_channels else point.start.copy()
+    state = own if of_channels else at_rest.copy()
     for name, value in values.items():
         if name in model.states:
             state[model.state_index(name)] = value
@@ -60,7 +61,7 @@ class _Seeker:
     """Newton's method for an underdetermined system, with the least change in the metric of each kind of state."""
 
     def __init__(self, model: Compiled, point: OperatingPoint, values: Mapping[str, float], time: float) -> None:
-        self.model, self.p, self.time = model, point.p, time
+        self.model, self.point, self.p, self.time = model, point, point.p, time
         self.names = tuple(name for name in values if name not in model.states)
         self.wanted = np.array([values[name] for name in self.names])
         self.rows = tuple(model.output_index(name) for name in self.names)
@@ -89,7 +90,10 @@ class _Seeker:
             block = slice(n, 2 * n) if kind == "rates" else slice(0, n)
             metric[block, block] = self.metric[kind]
         metric = metric[np.ix_(free, free)]
-        factor = np.linalg.cholesky((metric + metric.T) / 2 + 1e-300 * np.eye(len(free)))
+        try:
+            factor = np.linalg.cholesky((metric + metric.T) / 2 + 1e-300 * np.eye(len(free)))
+        except np.linalg.LinAlgError:
+            factor = self._wide_factor(kinds, free)
         state = self._out_of_play(state.copy(), rows, free) if kinds == ("angles",) else state.copy()
         for _ in range(ITERATIONS):
             values, slope = self._evaluated(state)
@@ -103,6 +107,23 @@ class _Seeker:
             if np.all(np.abs(change) <= 1e-15 * np.maximum(np.abs(state[free]), 1e-300)) or not np.abs(rest).any():
                 break
         return state
+
+    def _wide_factor(self, kinds: Sequence[str], free: Sequence[int]) -> Array:
+        """A factor F of the metric F F^T from those of the inertias, where these lie too far apart for the metric itself."""
+        c, n = self.point.coordinates, self.order
+        try:
+            of_rates = np.linalg.solve(np.linalg.cholesky(self.point.mass), c.to_states.T).T
+        except np.linalg.LinAlgError:
+            inertias = np.diag(self.point.mass)
+            what = f"its inertias, from {inertias.min():.3g} to {inertias.max():.3g} kg*m^2, lie too far apart"
+            where = f"case of {self.model.name!r}, start"
+            raise CaseError(where, f"{what} to start from channels", "check them and their units, or start from states") from None
+        wide = np.zeros((2 * n, 2 * n))
+        if "rates" in kinds:
+            wide[n:, n:] = of_rates
+        if "angles" in kinds:
+            wide[:n, :n] = np.sqrt(self.metric["angles"])
+        return wide[free]
 
     def _out_of_play(self, state: Array, rows: Sequence[int], free: Sequence[int]) -> Array:
         """The state moved to where a channel sees its angles that it does not see at first, as a force inside a backlash."""

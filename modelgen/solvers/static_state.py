@@ -14,11 +14,13 @@ from numpy.typing import NDArray
 
 from modelgen.errors import BalanceError, CaseError
 from modelgen.lowering import Compiled
-from modelgen.solvers.descent import Rest, settle
+from modelgen.lowering.mean_turn import angles_seen_at_rest
+from modelgen.solvers.descent import ROUNDING, Rest, settle
 from modelgen.solvers.equilibrium import Coordinates
 from modelgen.solvers.sticking import holders_at_rest, stick_and_slip
 
 Array = NDArray[np.float64]
+TURNED = (0.0, 0.37, 1.0, 2.3, 4.1)  # rad: where a law of an angle is looked at
 BALANCED = 1e-6  # mean power that may remain, relative to the sum of its parts
 
 
@@ -27,12 +29,14 @@ class StaticState:
     """Angles of the groups [rad] from uniform rotation, and ``drift`` [rad/s^2] of the reference shaft.
 
     ``holding`` [N*m]: torque of every element that sticks or has slipped. ``remarks``: what the torques alone do not decide.
+    ``begin``: the angles where a run starts instead, where something has slipped: a little inside its limit.
     """
 
     angle: Array
     drift: float
     holding: dict[str, float]
     remarks: tuple[str, ...]
+    begin: Array | None = None
 
 
 def static_state(model: Compiled, p: Array, mean: Array, coordinates: Coordinates) -> StaticState:
@@ -46,8 +50,10 @@ def static_state(model: Compiled, p: Array, mean: Array, coordinates: Coordinate
     own, angle = model.mean_model.own_start, np.zeros(n)
     torque, mass = model.mean_model.torque_at(p, mean, angle, own), model.mean_model.matrices_at(p, mean, angle, own).mass
     holders = holders_at_rest(model, p, mean, own, coordinates)
-    held = [root for root in coordinates.roots if holders.act_on(coordinates.to_angles[:, root])]
-    drive, drift = _drift(model, torque, mass, coordinates, held)
+    sizes = model.mean_model.sizes_at(p, mean, angle, own)
+    seen = _seen(model, p, mean, coordinates)
+    held = [root for root in coordinates.roots if root in seen or holders.act_on(coordinates.to_angles[:, root])]
+    drive, drift = _drift(model, torque, sizes, mass, coordinates, held)
     columns = [*coordinates.forms, *held]
     rest = Rest(
         model.mean_model,
@@ -58,12 +64,14 @@ def static_state(model: Compiled, p: Array, mean: Array, coordinates: Coordinate
         drive=drive,
         mass=mass,
         names=tuple(f"{model.states[k]!r} [{_force_unit(model.equations.states[k].unit)}]" for k in columns),
+        acting=float(sizes.max(initial=0.0)),
     )
     found = stick_and_slip(rest, holders) if holders.names else settle(rest)
     if found.missing is not None:
         what = f"has no static equilibrium: {found.missing}"
         raise CaseError(f"driveline {model.name!r}", what, 'start from "zero" or from given states')
-    return StaticState(rest.to_angles @ found.place, drift, found.holding, found.remarks)
+    begin = None if found.begin is None else rest.to_angles @ found.begin
+    return StaticState(rest.to_angles @ found.place, drift, found.holding, found.remarks, begin)
 
 
 def _force_unit(unit: str) -> str:
@@ -71,8 +79,24 @@ def _force_unit(unit: str) -> str:
     return "N*m" if unit in ("rad", "1") else "N" if unit == "m" else f"J/({unit})"
 
 
+def _seen(model: Compiled, p: Array, mean: Array, coordinates: Coordinates) -> list[int]:
+    """Rotations that do not turn and on which a law of their angle acts, as gravity on an arm: it may hold them."""
+    if not angles_seen_at_rest(model.equations):
+        return []
+    own = model.mean_model.own_start
+    found = []
+    for root in coordinates.roots:
+        rotation = coordinates.to_angles[:, root]
+        reached = [model.mean_model.torque_at(p, mean, turn * rotation, own) for turn in TURNED]
+        change = max(abs(float(rotation @ (each - reached[0]))) for each in reached)
+        size = max(float(model.mean_model.sizes_at(p, mean, turn * rotation, own) @ np.abs(rotation)) for turn in TURNED)
+        if change > ROUNDING * size:
+            found.append(root)
+    return found
+
+
 def _drift(
-    model: Compiled, torque: Array, mass: Array, coordinates: Coordinates, held: list[int]
+    model: Compiled, torque: Array, sizes: Array, mass: Array, coordinates: Coordinates, held: list[int]
 ) -> tuple[Array, float]:
     """Torques that the rigid acceleration takes up, and that acceleration at the reference shaft."""
     free = [root for root in coordinates.roots if root not in held]
@@ -87,8 +111,8 @@ def _drift(
     if held or model.equations.drifts or not np.any(speed):
         return drive, drift
     if coordinates.by_speed.shape[1] > 1:
-        _check_every_rotation(model, torque, coordinates)
-    elif abs(net) > BALANCED * parts:
+        _check_every_rotation(model, torque, sizes, coordinates)
+    elif abs(net) > BALANCED * parts + ROUNDING * float(np.abs(ratio) @ sizes):
         power = net * float(np.max(np.abs(speed / ratio)))
         raise BalanceError(
             f"driveline {model.name!r}",
@@ -99,10 +123,11 @@ def _drift(
     return drive, drift
 
 
-def _check_every_rotation(model: Compiled, torque: Array, coordinates: Coordinates) -> None:
+def _check_every_rotation(model: Compiled, torque: Array, sizes: Array, coordinates: Coordinates) -> None:
     """Raises BalanceError where the mean torques do not balance along one of several free rotations."""
-    for name, net, parts in remaining_torques(model, torque, coordinates):
-        if abs(net) > BALANCED * parts:
+    rounding = ROUNDING * np.abs(coordinates.by_speed.T) @ sizes
+    for (name, net, parts), least in zip(remaining_torques(model, torque, coordinates), rounding, strict=True):
+        if abs(net) > BALANCED * parts + least:
             what = f"mean torques leave {net:.6g} N*m along the rotation of {name!r} with the other given speeds unchanged"
             raise BalanceError(f"driveline {model.name!r}", what, "use balance(load, ...), one load for each given speed")
 

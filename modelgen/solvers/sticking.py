@@ -23,6 +23,7 @@ from modelgen.solvers.equilibrium import Coordinates
 Array = NDArray[np.float64]
 AT_REST = 1e-9  # of the fastest mean speed: a slip that is none
 EXCESS = 1e-9  # of a limit: what counts as beyond it
+INSIDE = 4e-7  # of a limit: how far inside it a run starts, or its rounding and errors would tear loose what is at its limit
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,8 +88,15 @@ def stick_and_slip(rest: Rest, holders: Holders) -> Found:
         elif left is not None:
             slipping[np.flatnonzero(stuck)[left]] = 1 if shares[left] > 0 else -1
         else:
-            return replace(found, remarks=(*found.remarks, *_said(holders, slip_by_place, stuck, torques)))
+            begin = _inside(rest, holders, basis, np.where(stuck, 0.0, torques)) if not stuck.all() else None
+            return replace(found, begin=begin, remarks=(*found.remarks, *_said(holders, slip_by_place, stuck, torques)))
     return replace(found, missing="which elements stick and which slip does not settle")
+
+
+def _inside(rest: Rest, holders: Holders, basis: Array, torques: Array) -> Array | None:
+    """The place at rest with the torques of what has slipped a little inside their limits: a run starts there, and it holds."""
+    found = settle(rest.over(basis, holders.by_multiplier @ ((1 - INSIDE) * torques)))
+    return None if found.missing is not None else np.asarray(basis @ found.place)
 
 
 def _null_space(rows: Array) -> Array:

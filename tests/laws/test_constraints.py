@@ -9,16 +9,18 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigh, null_space
 
-from laws.joints import SYSTEMS, PlanetarySet, System
+from laws.joints import SYSTEMS, Joint3, PlanetarySet, System
 from modelgen import (
     Case,
     Driveline,
     Element,
     Flange,
+    GroundSpring,
     HarmonicTorque,
     Inertia,
     Param,
     RigidGear,
+    Shaft,
     assemble,
     lower,
     modal,
@@ -240,3 +242,42 @@ def test_generated_c_has_the_same_constraints(name):
     model = lower(assemble(SYSTEMS[name].driveline()))
     runs = [simulate(Case(model, end=0.05, start="zero", tolerance=1e-9, options={"backend": each})) for each in ("vm", "c")]
     assert np.abs(runs[0].states - runs[1].states).max() < 1e-12 * np.abs(runs[0].states).max()
+
+
+@pytest.mark.parametrize("reference", [None, "A", "B", "C"])
+@pytest.mark.parametrize("seed", range(6))
+def test_elastic_members_beside_a_constraint_need_no_common_rotation(seed, reference):
+    """Springs to ground and between members, and springs over three flanges, in any order: the frequencies of the matrices."""
+    rng = np.random.default_rng(seed)
+    stiffness, inertia = 10.0 ** rng.uniform(1, 3, 4), rng.uniform(0.5, 3.0, 3)
+    names = "ABC"
+    lever = Joint3("c", *names, one=1, two=1, three=-2)
+    parts = [*(Inertia(n, inertia=j) for n, j in zip(names, inertia, strict=True)), lever]
+    matrix = np.zeros((3, 3))
+    grounded = rng.integers(3)
+    members = [
+        (GroundSpring("g", names[grounded], stiffness=stiffness[0]), np.eye(3)[grounded], stiffness[0]),
+        (Shaft("s", "B", "C", stiffness=stiffness[1]), np.array([0.0, 1.0, -1.0]), stiffness[1]),
+        (SunMesh("m", *names, k=stiffness[2]), np.array([1.0, 1.0, -1.0]), stiffness[2]),
+        (RingMesh("r", "A", "C", k=stiffness[3]), np.array([1.0, 0.0, 1.0]), stiffness[3]),
+    ]
+    for element, row, k in members[: 2 + seed % 2] if seed < 4 else members[1:3]:
+        parts.append(element)
+        matrix += k * np.outer(row, row)
+    free = null_space(np.array([[1.0, 1.0, -2.0]]))
+    wanted = np.sqrt(eigh(free.T @ matrix @ free, free.T @ np.diag(inertia) @ free, eigvals_only=True)) / (2 * np.pi)
+    for order in [rng.permutation(len(parts)) for _ in range(12)]:
+        line = Driveline("lever", elements=[parts[k] for k in order], reference=reference)
+        assert modal(lower(assemble(line))).frequencies == pytest.approx(wanted, rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_the_ring_that_a_spring_holds_has_no_mean_speed_in_any_order(seed):
+    """Sun at the operating speed, ring on a spring to ground: the carrier's mean speed is that of the Willis equation."""
+    parts = [Inertia(name, inertia=0.5) for name in "SRC"]
+    parts += [PlanetarySet("set", *"SRC", teeth_sun=30, teeth_ring=70), GroundSpring("spring", "R", stiffness=1e4)]
+    order = np.random.default_rng(seed).permutation(len(parts))
+    line = Driveline("held", speed="1500 rpm", reference="S", drifts=True, elements=[parts[k] for k in order])
+    run = simulate(Case(line, end=1e-3, start="zero"))
+    assert run["C.speed"][0] == pytest.approx(450 * np.pi / 30)
+    assert run["R.speed"][0] == pytest.approx(0.0, abs=1e-12)

@@ -5,8 +5,21 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from modelgen import Case, Driveline, GearPair, HarmonicTorque, Inertia, Shaft, assemble, lower, simulate
+from modelgen import (
+    Case,
+    Driveline,
+    GearPair,
+    HarmonicTorque,
+    Inertia,
+    RigidGear,
+    Shaft,
+    assemble,
+    lower,
+    operating_point,
+    simulate,
+)
 from modelgen.errors import CaseError, UnitError
+from modelgen.solvers.start import starting_state
 
 
 @pytest.fixture(scope="module")
@@ -96,3 +109,37 @@ def test_a_run_goes_on_where_another_ended(model):
 def test_what_cannot_be_a_start_is_refused(model, start, words):
     with pytest.raises((CaseError, UnitError), match=words):
         first(model, start)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_an_earlier_run_goes_on_in_any_order_and_with_any_reference(seed):
+    """Four inertias with two shafts and a gear: every order and every reference chooses other states."""
+    rng = np.random.default_rng(seed)
+    parts = [Inertia(name, inertia=value) for name, value in zip("ABCD", (1.0, 0.3, 0.7, 2.0), strict=True)]
+    parts += [Shaft("s", "A", "B", stiffness=900.0), Shaft("u", "C", "D", stiffness=400.0)]
+    parts += [RigidGear("g", "B", "C", teeth_a=20, teeth_b=37), HarmonicTorque("p", "A", mean=3.0)]
+    begun = simulate(Case(Driveline("line", elements=parts), end=0.2, start={"s.torque": 5.0}, tolerance=1e-11))
+    order = rng.permutation(len(parts))
+    line = Driveline("line", elements=[parts[k] for k in order], reference="ABCD"[seed])
+    for model in (begun.case.model, lower(assemble(line))):
+        run = simulate(Case(model, begin=0.2, end=0.4, start=begun, tolerance=1e-11, samples=11))
+        if model is begun.case.model:
+            wanted = run
+        for name in "ABCD":
+            assert run[f"{name}.speed"] == pytest.approx(wanted[f"{name}.speed"], abs=1e-8)
+            assert run[f"{name}.angle"] == pytest.approx(wanted[f"{name}.angle"], abs=1e-9)
+    other = Driveline("other", elements=[*parts, Inertia("E", inertia=1.0), Shaft("v", "D", "E", stiffness=10.0)], reference="E")
+    with pytest.raises(CaseError, match="which is no state and no channel"):
+        Case(other, end=1.0, start=begun)
+
+
+@pytest.mark.parametrize("small", [1e-20, 1e-40, 1e-100])
+@pytest.mark.parametrize("swap", [False, True])
+def test_a_start_by_channels_is_met_with_an_inertia_that_is_nearly_nothing(small, swap):
+    parts = [Inertia("A", inertia=0.5), Inertia("B", inertia=small), Shaft("s", "A", "B", stiffness=1e4)]
+    model = lower(assemble(Driveline("light", elements=[parts[1], parts[0], parts[2]] if swap else parts)))
+    for start in ({"A.speed": 3.0}, {"s.torque": 2.0}, {"A.speed": 1.0, "B.speed": 2.0}):
+        case = Case(model, end=1e-12, samples=2, start=start)
+        found = starting_state(model, operating_point(model), case.start)
+        channels = model.evaluate(0.0, found, operating_point(model).p)
+        assert {name: channels[name] for name in start} == pytest.approx(start)

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
 import pytest
+import sympy
 
 from modelgen import (
     Brake,
     Case,
     Driveline,
+    ElasticStop,
     Element,
     Flange,
     GearPair,
@@ -22,6 +25,7 @@ from modelgen import (
     Shaft,
     assemble,
     lower,
+    modal,
     operating_point,
     quantity,
     simulate,
@@ -231,3 +235,96 @@ def test_a_stiffness_of_which_nothing_is_left_beside_the_inertias() -> None:
     run = simulate(Case(model, end=1e-3, start="zero"))
     assert run.outcome is Outcome.SUCCESS
     assert run["second.speed"][-1] == pytest.approx(750.0 / 7.5 * 1e-3, rel=1e-9)
+
+
+def stop(name, a, b):
+    return ElasticStop(name, a, b, clearance=0.01, stiffness=1e4)
+
+
+MESH = {"module": "3 mm", "mean_stiffness": 1e8, "half_backlash": "50 um", "damping_ratio": 0.05}
+
+
+def flanks(name, a, b):
+    return GearPair(name, a, b, teeth_a=20, teeth_b=20, **MESH)
+
+
+@pytest.mark.parametrize("join", [stop, flanks, shaft], ids=["stop", "flanks", "shaft"])
+@pytest.mark.parametrize("seed", range(4))
+def test_what_has_slipped_to_its_limit_holds_from_the_start(join, seed):
+    """31 N*m push A over a brake that holds 15 and slides at 10; the run starts at rest and stays there, in every order."""
+    a, b = (Inertia(name, inertia=1.0) for name in "AB")
+    held = Brake("a", "A", sliding_torque=10.0, holding_torque=15.0)
+    parts = [a, b, held, join("s", "A", "B"), torque("p", "A", 31.0), GroundSpring("g", "B", stiffness=1e3)]
+    order = np.random.default_rng(seed).permutation(len(parts))
+    run = simulate(Case(Driveline("limit", elements=[parts[k] for k in order]), end=0.1))
+    assert run.outcome is Outcome.SUCCESS
+    assert run.events.counted() == {}
+    assert run["a.torque"] == pytest.approx(np.full(len(run.times), 15.0), rel=1e-6)
+    assert np.ptp(run["A.angle"]) < 1e-9
+    assert abs(run["B.angle"][0]) == pytest.approx(16.0 / 1e3, rel=1e-6)
+
+
+def test_the_brake_beyond_a_stop_holds_what_comes_through_it():
+    parts = [Inertia("n0", inertia=4.4), Inertia("n1", inertia=4.6), stop("s", "n0", "n1")]
+    parts += [GroundSpring("g", "n1", stiffness=1e3)]
+    parts += [Brake("b0", "n0", sliding_torque=1.478, holding_torque=1.4987322064810704)]
+    parts += [Brake("b1", "n1", sliding_torque=3.5346, holding_torque=4.2217)]
+    parts += [torque("t0", "n0", -59.10187439005183), torque("t1", "n1", 53.96306782350774)]
+    run = simulate(Case(Driveline("two", elements=parts), end=0.05))
+    assert run["b0.torque"][[0, -1]] == pytest.approx(-1.4987322064810704, rel=1e-6)
+    assert run["b1.torque"][[0, -1]] == pytest.approx(53.96306782350774 - 59.10187439005183 + 1.4987322064810704, rel=1e-6)
+    assert run.events.counted() == {}
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_brake_at_its_limit_is_no_knife_edge(seed):
+    rng = np.random.default_rng(seed)
+    limit, stiffness = float(rng.uniform(1, 20)), float(10 ** rng.uniform(2, 5))
+    parts = [*(Inertia(name, inertia=float(10 ** rng.uniform(-1, 1))) for name in "AB"), shaft("s", "A", "B", stiffness)]
+    parts += [Brake("a", "A", sliding_torque=0.9 * limit, holding_torque=limit), GroundSpring("g", "B", stiffness=1e3)]
+    parts += [torque("p", "A", limit + float(rng.uniform(1, 60)))]
+    run = simulate(Case(Driveline("edge", elements=parts), end=0.05, tolerance=1e-9))
+    assert run.events.counted() == {}
+    assert run["a.torque"][0] == pytest.approx(limit, rel=1e-6)
+
+
+class Arm(Element):
+    """Gravity on an arm: a periodic law of the angle of a shaft."""
+
+    shaft = Flange()
+    k = Param("N*m")
+
+    def torques(self):
+        return {self.shaft: -self.k * sympy.sin(self.shaft.angle)}
+
+
+@pytest.mark.parametrize("push", [0.5, -0.3, 0.9])
+def test_a_law_of_an_angle_that_does_not_turn_holds_it(push):
+    model = lower(assemble(Driveline("arm", elements=[A, Arm("arm", "A", k=1.0), torque("push", "A", push)])))
+    run = simulate(Case(model, end=1.0))
+    assert run["A.angle"] == pytest.approx(np.full(len(run.times), math.asin(push)), abs=1e-9)
+    stiffness = math.sqrt(1 - push**2)
+    assert modal(model).frequencies == pytest.approx([math.sqrt(stiffness / 0.5) / (2 * math.pi)])
+
+
+def test_more_torque_than_an_arm_can_hold_has_no_equilibrium():
+    with pytest.raises(CaseError, match="has no static equilibrium"):
+        point_of(A, Arm("arm", "A", k=1.0), torque("push", "A", 1.5))
+
+
+@pytest.mark.parametrize("k", [1e-6, 100.0, 1e4])
+def test_a_law_that_averages_to_nothing_over_a_turn_is_in_balance(k):
+    parts = [A, B, shaft("s", "A", "B"), Arm("arm", "A", k=k)]
+    model = lower(assemble(Driveline("turned", speed="10 rpm", reference="A", elements=parts)))
+    assert modal(model).frequencies == pytest.approx([0.0, math.sqrt(1e4 * 4) / (2 * math.pi)])
+    with pytest.raises(BalanceError, match=r"mean torques leave"):
+        point_of(*parts, torque("push", "B", 1e-3 * k), speed="10 rpm", reference="A")
+
+
+def test_what_is_free_in_play_stays_where_it_is_in_every_order():
+    a, b = (Inertia(name, inertia=1.0) for name in ("n0", "n1"))
+    parts = [a, b, brake("b0", "n0", 10.0), stop("s", "n0", "n1"), torque("t", "n0", 5.3)]
+    for order in itertools.permutations(parts):
+        point = point_of(*order)
+        assert point.holding == {"b0": pytest.approx(5.3)}
+        assert np.abs(point.angle).max() < 1e-15

@@ -22,9 +22,9 @@ import numpy as np
 from click.testing import CliRunner
 
 import modelgen.elements  # noqa: F401 - makes the vocabulary known
-from modelgen.cli import tables
 from modelgen.cli.commands import commands
 from modelgen.model import Element
+from modelgen.reports import tables
 
 TRUCK, COMMENSURATE, IDLE, GEAR = MODELS = (
     *("fracturing-truck", "fracturing-truck-commensurate", "fracturing-truck-idle"),

@@ -123,4 +123,5 @@ def campbell_data(result: CampbellResult) -> dict[str, Any]:
         "natural_frequencies_hz": result.frequencies.tolist(),
         "orders": [_order(line) for line in result.lines],
         "critical_speeds": _critical(result),
+        "remarks": list(result.remarks),
     }

@@ -151,5 +151,5 @@ def forced_data(
             for name, load in (hammer.gears if hammer else {}).items()
         },
         "varying_stiffness_shares": dict(result.parametric),
-        "remarks": _remarks(result),
+        "remarks": [*_remarks(result), *result.remarks],
     }

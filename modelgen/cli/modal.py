@@ -14,6 +14,7 @@ from modelgen.cli.question import asks_a_model, fills_a_folder
 
 if TYPE_CHECKING:
     from modelgen.analysis import ModalResult, SensitivityResult
+    from modelgen.analysis.linear.modal import DampedMode
     from modelgen.lowering import Compiled
 
 EXAMPLES = """
@@ -71,7 +72,7 @@ def modal_text(modes: ModalResult) -> str:
     for k, frequency in enumerate(modes.frequencies.tolist()):
         held = [_largest(modes, shares, k) for shares in (modes.kinetic, modes.potential)]
         own = modes.damped(k)
-        damped = ("overdamped" if own.rates else digits(own.frequency, 6), digits(own.ratio)) if own else ("—", "—")
+        damped = (_damped_cell(own), digits(own.ratio)) if own else ("—", "—")
         numbers = [digits(frequency, 6), digits(60 * frequency, 6), *damped, str(modes.nodes[k])]
         rows.append([mode_cell(k, modes.rigid), *numbers, held[0], "rigid" if k < modes.rigid else held[1]])
     kind = "all" if modes.complete else "the lowest"
@@ -79,17 +80,29 @@ def modal_text(modes: ModalResult) -> str:
     columns = ["mode", "undamped [Hz]", "[vib/min]", "damped [Hz]", "damping ratio", "nodes"]
     table = aligned([*columns, "most kinetic energy", "most potential energy"], rows)
     averaged = [averaged_words(modes.averaged)] if modes.averaged else []
-    return "\n".join([head, table, *overdamped_remarks(modes), *averaged])
+    return "\n".join([head, table, *overdamped_remarks(modes), *averaged, *modes.remarks])
+
+
+def _damped_cell(own: DampedMode) -> str:
+    from modelgen.reports.report import digits
+
+    if own.rates is None:
+        return digits(own.frequency, 6)
+    return "unstable" if own.growth else "overdamped"
 
 
 def overdamped_remarks(modes: ModalResult) -> list[str]:
-    """A sentence for each mode that does not oscillate."""
-    found = [(modes.name(k), modes.damped(k)) for k in range(modes.rigid, len(modes.frequencies))]
-    return [
-        f"{name} does not oscillate: it decays with the two rates {own.rates[0]:.6g} and {own.rates[1]:.6g} 1/s"
-        for name, own in found
-        if own and own.rates
-    ]
+    """A sentence for each mode that does not oscillate, or is unstable."""
+    said = []
+    for k in range(modes.rigid, len(modes.frequencies)):
+        own = modes.damped(k)
+        if own and own.growth:
+            how = "oscillates while it grows" if own.rates is None else "does not oscillate: it departs"
+            said.append(f"{modes.name(k)} is unstable, it {how} with the rate {own.growth:.6g} 1/s")
+        elif own and own.rates:
+            slow, fast = own.rates
+            said.append(f"{modes.name(k)} does not oscillate: it decays with the two rates {slow:.6g} and {fast:.6g} 1/s")
+    return said
 
 
 def _largest(modes: ModalResult, shares: Any, mode: int) -> str:
@@ -191,5 +204,6 @@ def modal_data(modes: ModalResult, slopes: SensitivityResult) -> dict[str, Any]:
             }
             for k, each in enumerate(_modes(modes))
         ],
+        "remarks": [*overdamped_remarks(modes), *modes.remarks],
         "damped_modes": [{"damped_hz": f, "damping_ratio": ratio, "decay_rate_per_s": rate} for f, ratio, rate in damped],
     }

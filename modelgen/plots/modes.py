@@ -136,5 +136,5 @@ def _damping(result: ModalResult, mode: int) -> str:
     own = result.damped(mode)
     if own is None or own.ratio is None:
         slow, fast = (number(rate, 3) for rate in (own.rates if own and own.rates else (0.0, 0.0)))
-        return f"overdamped, {slow} and {fast} 1/s"
+        return f"{'unstable' if own and own.growth else 'overdamped'}, {slow} and {fast} 1/s"
     return f"ζ = {100 * own.ratio:.2g} %"

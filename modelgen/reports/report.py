@@ -50,6 +50,7 @@ def report_text(response: Response, figures: Sequence[Figure], command: str = ""
             rpm=_rpm(response),
             balanced=_balanced(response),
             modes=_modes(response),
+            mode_remarks=response.modes.remarks,
             angles=_angles(response),
             twists=_twists(response),
             meshes=response.angles.meshes,
@@ -123,7 +124,10 @@ def _modes(response: Response) -> list[Mode]:
         own = modes.damped(k)
         damping, decay = digits(own.ratio if own else None, 3), digits(own.decay if own else None, 3)
         if own and own.rates:
-            damping, decay = "overdamped", " and ".join(digits(rate, 3) for rate in own.rates)
+            damping = "unstable" if own.growth else "overdamped"
+            decay = " and ".join(digits(rate, 3) for rate in own.rates)
+        elif own and own.growth:
+            damping += " (unstable)"
         largest = "whole driveline turns" if k < modes.rigid else modes.names[int(np.abs(modes.shapes[:, k]).argmax())]
         rows.append(Mode(mode_cell(k, modes.rigid), frequency, damping, decay, largest))
     return rows

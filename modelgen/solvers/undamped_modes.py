@@ -1,5 +1,7 @@
 """Undamped natural modes of M q'' + K q = 0, all of them, for drivelines of up to some hundred degrees of freedom.
 
+Where K is not symmetric, or rates are coupled gyroscopically, they are those of ``coupled_modes``.
+
 Below ``operating_point``, and below the modes with damping in ``analysis``. What turns or moves without any stiffness is split
 off first, in the chosen coordinates, so a rigid mode is exactly zero and takes no accuracy from the others; each frequency is
 then improved by its Rayleigh quotient in relative angles, where a tree of shafts has a diagonal stiffness and nothing cancels.
@@ -14,9 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.errors import CaseError
+from modelgen.solvers.coupled_modes import CoupledModes, coupled_modes, is_skew
 from modelgen.solvers.equilibrium import Coordinates
 
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 ZERO = 1e-12  # stiffness against a motion, relative to the terms it is made of, that is rounding
 
 
@@ -25,27 +29,50 @@ class Modes:
     """Undamped modes, those without stiffness first, the others by frequency.
 
     ``squares`` [rad^2/s^2], exactly zero for the first ``free`` modes, negative for an unstable one; ``shapes`` (groups, modes)
-    with shape^T M shape = 1.
+    with shape^T M shape = 1. ``coupled``: the modes of full matrices that are not symmetric, from which these are read; a shape
+    then shows the amplitudes of its motion, with the sign of the part that moves in phase with the largest.
     """
 
     squares: Array
     shapes: Array
     free: int
+    coupled: CoupledModes | None = None
 
     @property
     def frequencies(self) -> Array:
         """Natural frequencies [Hz]; an unstable mode has a negative one."""
         return np.asarray(np.sign(self.squares) * np.sqrt(np.abs(self.squares)) / (2 * np.pi))
 
+    @property
+    def growth(self) -> Array:
+        """Rates [1/s] with which modes grow without any damping; 0 for those that do not."""
+        if self.coupled is None:
+            return np.sqrt(np.maximum(-self.squares, 0.0))
+        return np.asarray(np.maximum(self.coupled.values.real[: len(self.squares)], 0.0))
 
-def natural_modes(mass: Array, stiffness: Array, coordinates: Coordinates) -> Modes:
-    """All undamped modes. ``mass`` and the symmetric part of ``stiffness`` (groups, groups) count.
+    @property
+    def motions(self) -> Array | Complex:
+        """Shapes (groups, modes), complex where parts of a mode move out of phase."""
+        return self.shapes if self.coupled is None else self.coupled.right[:, : len(self.squares)]
+
+    def lowest(self, count: int | None) -> Modes:
+        """The first ``count`` of them, or all."""
+        return Modes(self.squares[:count], self.shapes[:, :count], min(self.free, count or len(self.squares)), self.coupled)
+
+
+def natural_modes(mass: Array, stiffness: Array, coordinates: Coordinates, damping: Array | None = None) -> Modes:
+    """All undamped modes of ``mass`` and ``stiffness`` (groups, groups), and of the skew part of ``damping``, where given.
 
     Raises CaseError for inertias and stiffnesses that lie so far apart that double precision holds no modes of them.
     """
     try:
         with np.errstate(all="ignore"):
-            found = _natural_modes(mass, stiffness, coordinates)
+            if is_skew(stiffness) or (damping is not None and is_skew(damping)):
+                found = _read(
+                    coupled_modes(mass, np.zeros_like(mass) if damping is None else damping, stiffness, coordinates), mass
+                )
+            else:
+                found = _natural_modes(mass, stiffness, coordinates)
         if np.isfinite(found.squares).all() and np.isfinite(found.shapes).all():
             return found
     except np.linalg.LinAlgError:
@@ -78,3 +105,14 @@ def _natural_modes(mass: Array, stiffness: Array, coordinates: Coordinates) -> M
     shapes = np.hstack([rigid, (elastic @ vectors)[:, order]])
     shapes = shapes / np.sqrt(np.einsum("im,ij,jm->m", shapes, mass, shapes))
     return Modes(np.concatenate([np.zeros(loose.shape[1]), squares[order]]), shapes, loose.shape[1])
+
+
+def _read(coupled: CoupledModes, mass: Array) -> Modes:
+    """Frequencies and amplitudes of coupled modes."""
+    values, right = coupled.values, coupled.right
+    omega = np.where(values.imag > 0, values.imag, -np.abs(values.real))
+    largest = right[np.abs(right).argmax(axis=0), np.arange(right.shape[1])]
+    in_phase = (right * (np.abs(largest) / largest)).real
+    shapes = np.abs(right) * np.where(in_phase < 0, -1.0, 1.0)
+    shapes = shapes / np.sqrt(np.einsum("im,ij,jm->m", shapes, mass, shapes))
+    return Modes(np.sign(omega) * omega**2, shapes, coupled.free, coupled)

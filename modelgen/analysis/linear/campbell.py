@@ -16,12 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.analysis.linear.excitation import base_multiples, excitation, operating_speed, vector_sums
-from modelgen.analysis.linear.natural_modes import natural_modes
+from modelgen.analysis.linear.linear_remarks import mode_remarks
+from modelgen.analysis.linear.mode_numbers import mode_name
+from modelgen.analysis.linear.natural_modes import Modes, natural_modes
 from modelgen.analysis.linear.orders import order_name, source_name
 from modelgen.analysis.linear.speeds import Parameters, point_at, read_speeds
 from modelgen.errors import CaseError
 from modelgen.lowering import Compiled
 from modelgen.solvers.bound_model import compiled_of
+from modelgen.solvers.operating_point import OperatingPoint
 
 Array = NDArray[np.float64]
 SAMPLES = 41
@@ -73,7 +76,8 @@ class CriticalSpeed:
 @dataclass(frozen=True, eq=False)
 class CampbellResult:
     """``frequencies`` (speeds, modes) [Hz] over ``speeds`` [rad/s], the first ``rigid`` of them zero; ``lines`` by order;
-    ``critical`` speeds within the speeds, the nearest to the ``operating`` speed or range (low, high) [rad/s] first.
+    ``critical`` speeds within the speeds, the nearest to the ``operating`` speed or range (low, high) [rad/s] first. ``remarks``:
+    what is to be known of the matrices, and modes that are unstable.
     """
 
     model: str
@@ -83,6 +87,7 @@ class CampbellResult:
     lines: tuple[OrderLine, ...]
     critical: tuple[CriticalSpeed, ...]
     operating: tuple[float, float]
+    remarks: tuple[str, ...] = ()
 
     def within(self, margin: float, share: float = 0.0) -> tuple[CriticalSpeed, ...]:
         """Critical speeds within a margin, of lines with at least this share of the largest harmonic torque."""
@@ -96,7 +101,7 @@ class CampbellResult:
         for each in self.critical[:12]:
             where = f"mode {each.number} ({each.frequency:.4g} Hz), {each.line.name}"
             rows.append(f"  {each.speed * 30 / np.pi:10.2f} rpm  {each.margin:+8.1%}  {where}")
-        return "\n".join(rows)
+        return "\n".join([*rows, *(f"  {each}" for each in self.remarks)])
 
     __repr__ = __str__
 
@@ -128,18 +133,22 @@ def campbell(
     listed = read_speeds(model, np.linspace(own / 4, 1.5 * own, SAMPLES) if speeds is None else speeds)
     found = (own, own) if operating is None else tuple(read_speeds(model, operating)[[0, -1]].tolist())
     target = (found[0], found[1])
-    at = _frequencies_at(model, parameters)
-    rigid, _ = at(float(listed[0]))
-    frequencies = np.array([at(float(speed))[1] for speed in listed])
+    modes_at = _modes_at(model, parameters)
+    every = [modes_at(float(speed)) for speed in listed]
+    rigid, frequencies = every[0].free, np.array([modes.frequencies for modes in every])
     lines = order_lines(model, sum(target) / 2, parameters, highest_order)
     critical = []
     for line in lines:
         for mode in range(rigid, frequencies.shape[1]):
-            for speed in _crossings(listed, frequencies[:, mode], float(line.order), at, mode):
+            for speed in _crossings(listed, frequencies[:, mode], float(line.order), modes_at, mode):
                 frequency, margin = float(line.order) * speed / (2 * np.pi), _margin(speed, target)
                 critical.append(CriticalSpeed(line, mode, speed, frequency, margin, mode - rigid + 1))
     critical.sort(key=lambda each: (abs(each.margin), each.line.order))
-    return CampbellResult(model.name, listed, frequencies, rigid, lines, tuple(critical), target)
+    remarks = (
+        *mode_remarks(model, point_at(model, sum(target) / 2, parameters)),
+        *_unstable(np.array([modes.growth for modes in every]), listed, rigid),
+    )
+    return CampbellResult(model.name, listed, frequencies, rigid, lines, tuple(critical), target, remarks)
 
 
 def order_lines(
@@ -162,29 +171,41 @@ def order_lines(
     return tuple(found[order] for order in sorted(found))
 
 
-def _frequencies_at(model: Compiled, parameters: Parameters) -> Callable[[float], tuple[int, Array]]:
-    """Number of rigid modes and natural frequencies [Hz] at a speed; the same matrices are not solved twice."""
-    known: dict[float, tuple[int, Array]] = {}
-    solved: list[tuple[Array, Array, tuple[int, Array]]] = []
+def _unstable(growth: Array, speeds: Array, rigid: int) -> tuple[str, ...]:
+    """A sentence for each mode that grows without any damping, at some of the speeds."""
+    said = []
+    for mode in np.flatnonzero((growth > 0).any(axis=0)).tolist():
+        where = speeds[growth[:, mode] > 0] * 30 / np.pi
+        at = f"from {where[0]:.6g} to {where[-1]:.6g} rpm, at {len(where)} of {len(speeds)} speeds"
+        said.append(f"{mode_name(mode, rigid)} is unstable {at}: it grows with up to {growth[:, mode].max():.4g} 1/s")
+    return tuple(said)
 
-    def at(speed: float) -> tuple[int, Array]:
+
+def _modes_at(model: Compiled, parameters: Parameters) -> Callable[[float], Modes]:
+    """The natural modes at a speed; the same matrices are not solved twice."""
+    known: dict[float, Modes] = {}
+    solved: list[tuple[OperatingPoint, Modes]] = []
+
+    def at(speed: float) -> Modes:
         if speed not in known:
             point = point_at(model, speed, parameters)
-            for mass, stiffness, answer in solved[-1:]:
-                if np.array_equal(mass, point.mass) and np.array_equal(stiffness, point.stiffness):
-                    known[speed] = answer
-                    return answer
-            modes = natural_modes(point.mass, point.stiffness, point.coordinates)
-            known[speed] = modes.free, modes.frequencies
-            solved.append((point.mass, point.stiffness, known[speed]))
+            for before, modes in solved[-1:]:
+                if all(np.array_equal(*both) for both in zip(_matrices(before), _matrices(point), strict=True)):
+                    known[speed] = modes
+                    return modes
+            known[speed] = natural_modes(point.mass, point.stiffness, point.coordinates, point.damping)
+            solved.append((point, known[speed]))
         return known[speed]
 
     return at
 
 
-def _crossings(
-    speeds: Array, frequencies: Array, order: float, at: Callable[[float], tuple[int, Array]], mode: int
-) -> list[float]:
+def _matrices(point: OperatingPoint) -> tuple[Array, Array, Array]:
+    """What natural modes depend on: of the damping its skew part."""
+    return point.mass, point.stiffness, point.damping - point.damping.T
+
+
+def _crossings(speeds: Array, frequencies: Array, order: float, at: Callable[[float], Modes], mode: int) -> list[float]:
     """Speeds at which order * speed equals a natural frequency, one for each change of sign between neighboring speeds."""
     distance = frequencies * 2 * np.pi - order * speeds
     found = [float(speeds[k]) for k in np.flatnonzero((distance == 0) & (frequencies > 0))]
@@ -192,7 +213,9 @@ def _crossings(
         if frequencies[k] == frequencies[k + 1]:
             found.append(float(frequencies[k]) * 2 * np.pi / order)
         else:
-            found.append(_root(float(speeds[k]), float(speeds[k + 1]), lambda s: float(at(s)[1][mode]) * 2 * np.pi - order * s))
+            found.append(
+                _root(float(speeds[k]), float(speeds[k + 1]), lambda s: float(at(s).frequencies[mode]) * 2 * np.pi - order * s)
+            )
     return found
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -52,11 +53,22 @@ def element_stiffness(model: Compiled) -> ca.Function:
     return ca.Function("element_stiffness", given, [ca.jacobian(torque, given[0]), mass])
 
 
-def energy_shares(model: Compiled, p: Array, mean: Array, angle: Array, own: Array, shapes: Array) -> tuple[Array, Array]:
+def energy_shares(model: Compiled, p: Array, mean: Array, angle: Array, own: Array, shapes: Any) -> tuple[Array, Array]:
     """Shares of kinetic and of potential energy, each (elements, modes), of ``shapes`` (groups, modes) about static angles.
 
-    Each column sums to 1; the potential shares of a mode without potential energy are zero.
+    Each column sums to 1; the potential shares of a mode without potential energy are zero. Of complex shapes, whose parts move
+    out of phase, the mean energy over a period counts: that of the real part and that of the imaginary one together.
     """
+    if np.iscomplexobj(shapes):
+        both = (_energies(model, p, mean, angle, own, part) for part in (shapes.real, shapes.imag))
+        kinetic, potential = (first + second for first, second in zip(*both, strict=True))
+    else:
+        kinetic, potential = _energies(model, p, mean, angle, own, shapes)
+    return _normalized(kinetic), _normalized(potential)
+
+
+def _energies(model: Compiled, p: Array, mean: Array, angle: Array, own: Array, shapes: Array) -> tuple[Array, Array]:
+    """Twice the kinetic and the potential energy, each (elements, modes)."""
     where = FlangeMap.of(model)
     at_node = model.mean_model.nodes_at(p) @ shapes
     stiffness, mass = element_stiffness(model)(angle, np.zeros(len(angle)), own, p, mean)
@@ -64,7 +76,7 @@ def energy_shares(model: Compiled, p: Array, mean: Array, angle: Array, own: Arr
     potential = _by_element(where.flange_element, -at_node[where.flange_node] * (stiffness @ shapes).full(), count)
     first, second = (at_node[nodes] for nodes in where.mass_nodes.T)
     kinetic = _by_element(where.mass_element, np.asarray(mass).reshape(-1, 1) * first * second, count)
-    return _normalized(kinetic), _normalized(potential)
+    return kinetic, potential
 
 
 def _by_element(element: NDArray[np.intp], values: Array, count: int) -> Array:

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from modelgen.analysis.linear.excitation import Excitation, excitation, parametric
 from modelgen.analysis.linear.frequency_response import frequency_response
+from modelgen.analysis.linear.linear_remarks import linear_remarks
 from modelgen.analysis.linear.orders import order_name
 from modelgen.analysis.linear.resonances import resonance_speeds
 from modelgen.analysis.linear.shear_stress import Diameter, shear_stress_factor
@@ -51,7 +52,7 @@ class ForcedResult:
     orders) [W]: mean power that each turns into heat by vibration. ``gears``: channels that carry the load of a gear.
     ``parametric``: elements whose stiffness varies with time, and by what share; what that adds to the response is not in here.
     ``added``: which of the speeds were put between those asked for, at resonances.
-    ``averaged``: elements whose laws depend on the angle of a shaft.
+    ``averaged``: elements whose laws depend on the angle of a shaft. ``remarks``: what is to be known of the matrices.
     """
 
     model: str
@@ -71,6 +72,7 @@ class ForcedResult:
     harmonics: tuple[tuple[int, ...], ...] = ()
     added: tuple[float, ...] = ()
     averaged: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
 
     def sources(self, order: int) -> tuple[tuple[str, int], ...]:
         """Base frequencies of an order (a place in ``orders``), with their multiples."""
@@ -123,7 +125,7 @@ class ForcedResult:
             f"forced response of {self.model!r}: {asked} speeds from {turns[0]:.6g} to {turns[-1]:.6g} rpm, "
             f"{len(self.orders)} orders, {len(self.channels)} channels; all repeats after {self.cycle} turns"
             + (f"; {len(self.added)} speeds added at resonances" if self.added else "")
-            + (f"; {averaged_words(self.averaged)}" if self.averaged else "")
+            + "".join(f"; {each}" for each in (averaged_words(self.averaged), *self.remarks) if each)
         )
 
     __repr__ = __str__
@@ -167,8 +169,8 @@ def forced(
     ``diameters``: the outer diameter, or outer and inner one, of shafts by name [m]; it adds their ``.shear_stress`` [Pa].
     ``complex_stiffness=False`` takes loss factors as viscous. ``refine``: between the speeds given, speeds are added at every
     resonance of a vibrating mode with an order that stands out, so that peaks are read to 0.5 %; by default where ten speeds or
-    more are given. Raises CaseError for names and
-    speeds that are not lawful and where an order meets a mode without damping, BalanceError where mean torques do not balance.
+    more are given. Raises CaseError for names and speeds that are not lawful and where an order meets a mode without damping,
+    BalanceError where mean torques do not balance.
 
     >>> from modelgen import Driveline, HarmonicTorque, Inertia, Shaft, assemble, lower
     >>> line = Driveline("two_disks", speed="1200 rpm", reference="engine", bases={"turn": 1}, elements=[
@@ -239,6 +241,7 @@ def forced(
         complex_stiffness=complex_stiffness,
         added=tuple(added),
         averaged=turned_elements(model.equations),
+        remarks=linear_remarks(model, first),
     )
 
 

@@ -8,14 +8,16 @@ for the state-space form.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.analysis.linear.energy_shares import energy_shares
+from modelgen.analysis.linear.linear_remarks import mode_remarks
 from modelgen.analysis.linear.lowest_modes import lowest_modes
 from modelgen.analysis.linear.mode_numbers import mode_cell, mode_name, mode_number
 from modelgen.analysis.linear.natural_modes import DampedModes, Modes, damped_modes, natural_modes
@@ -24,11 +26,14 @@ from modelgen.errors import CaseError
 from modelgen.lowering import Compiled
 from modelgen.lowering.mean_turn import averaged_words, turned_elements
 from modelgen.solvers.bound_model import bind
+from modelgen.solvers.coupled_modes import is_skew_sparse
 from modelgen.solvers.linear_model import linearize
 from modelgen.solvers.operating_point import OperatingPoint
 
 Array = NDArray[np.float64]
+Remarks = tuple[str, ...]
 DENSE = 150  # degrees of freedom up to which all modes cost less than a few
+GROWS = 1e-9  # of the size of an eigenvalue: growth below it is rounding
 SAME = 1e-9  # relative distance of natural frequencies that count as repeated
 
 
@@ -47,7 +52,9 @@ class ModalResult:
     own. ``nodes`` (modes,): places that stand still. ``number`` and ``name``: how a mode is counted. ``complete``: all modes are
     here. If not, the damped ones are those of the damping projected on the modes given, which is exact for proportional damping.
     ``released``: elements that hold a speed in some of their modes, such as brakes that stick; here they hold nothing.
-    ``averaged``: elements whose laws depend on the angle of a shaft, averaged over its turns.
+    ``averaged``: elements whose laws depend on the angle of a shaft, averaged over its turns. ``growth`` (modes,) [1/s]: with
+    which a mode grows without any damping, 0 for one that does not. ``remarks``: what is to be known of the matrices, such as a
+    stiffness that is not symmetric.
     """
 
     model: str
@@ -72,6 +79,8 @@ class ModalResult:
     complete: bool
     released: tuple[str, ...] = ()
     averaged: tuple[str, ...] = ()
+    growth: Array = field(default_factory=lambda: np.zeros(0))
+    remarks: tuple[str, ...] = ()
 
     def number(self, mode: int) -> int | None:
         """Number of the mode in a row (from 0): vibrating modes count from 1, a rigid one has none."""
@@ -109,6 +118,7 @@ class ModalResult:
             )
         if self.averaged:
             rows.append(f"  {averaged_words(self.averaged)}")
+        rows += [f"  {each}" for each in self.remarks]
         return "\n".join(rows)
 
     __repr__ = __str__
@@ -123,7 +133,18 @@ class DampedMode:
     decay: float | None
     rates: tuple[float, float] | None = None
 
+    @property
+    def growth(self) -> float:
+        """Rate [1/s] with which an unstable mode grows, 0 for a stable one."""
+        rates = self.rates or (self.decay or 0.0,)
+        size = math.hypot(rates[0], 2 * math.pi * (self.frequency or 0.0), rates[-1])
+        return -rates[0] if -rates[0] > GROWS * size else 0.0
+
     def __str__(self) -> str:
+        if self.growth and self.rates is not None:
+            return "unstable, grows with {:.4g} 1/s (rates of decay {:.4g} and {:.4g} 1/s)".format(self.growth, *self.rates)
+        if self.growth:
+            return f"unstable, grows with {self.growth:.4g} 1/s (damping ratio {self.ratio:.4g})"
         if self.rates is not None:
             return "overdamped, rates {:.4g} and {:.4g} 1/s".format(*self.rates)
         return f"damping ratio {self.ratio + 0.0:.4g}" if self.ratio is not None else ""
@@ -156,19 +177,19 @@ def modal(
         p = model.parameters.unbalanced()
         mean, angle = model.mean_model.means_at(p), np.zeros(size)
         mass, damping, stiffness = model.mean_model.linear(angle, np.zeros(size), model.mean_model.own_start, p, mean)
-        modes = lowest_modes(mass, stiffness, _rigid(model, p), count)
-        pairs = damped_modes(modes, damping)
-    else:
-        point = point or bound.operating_point
-        p, mean, angle = point.p, point.mean, point.angle
-        every = natural_modes(point.mass, point.stiffness, point.coordinates)
-        modes = Modes(every.squares[:count], every.shapes[:, :count], min(every.free, count or size))
-        linear = linearize(model, point, complex_stiffness=False)
-        pairs = damped_modes(modes, linear.damping, linear.stiffness)
-    return _result(model, p, mean, angle, modes, pairs)
+        if not any(is_skew_sparse(each) for each in (damping, stiffness)):
+            modes = lowest_modes(mass, stiffness, _rigid(model, p), count)
+            return _result(model, p, mean, angle, modes, damped_modes(modes, damping), ())
+    point = point or bound.operating_point
+    modes = natural_modes(point.mass, point.stiffness, point.coordinates, point.damping).lowest(count)
+    linear = linearize(model, point, complex_stiffness=False)
+    pairs = damped_modes(modes, linear.damping, linear.stiffness)
+    return _result(model, point.p, point.mean, point.angle, modes, pairs, mode_remarks(model, point))
 
 
-def _result(model: Compiled, p: Array, mean: Array, angle: Array, modes: Modes, pairs: DampedModes) -> ModalResult:
+def _result(
+    model: Compiled, p: Array, mean: Array, angle: Array, modes: Modes, pairs: DampedModes, remarks: Remarks
+) -> ModalResult:
     """Modes over the groups, told over nodes and elements."""
     nodes = model.equations.nodes
     at_nodes = model.mean_model.nodes_at(p)
@@ -176,7 +197,7 @@ def _result(model: Compiled, p: Array, mean: Array, angle: Array, modes: Modes, 
     shapes = at_nodes @ modes.shapes
     largest = shapes[np.abs(shapes).argmax(axis=0), np.arange(shapes.shape[1])]
     referred = referred_shapes(shapes / largest, ratio)
-    kinetic, potential = energy_shares(model, p, mean, angle, model.mean_model.own_start, modes.shapes)
+    kinetic, potential = energy_shares(model, p, mean, angle, model.mean_model.own_start, modes.motions)
     potential[:, : modes.free] = 0.0
     held = np.any(kinetic != 0, axis=1) | np.any(potential != 0, axis=1)
     return ModalResult(
@@ -202,6 +223,8 @@ def _result(model: Compiled, p: Array, mean: Array, angle: Array, modes: Modes, 
         complete=len(modes.squares) == len(model.equations.groups),
         released=tuple(each.name for each in model.equations.instances if model.equations.templates[each.template].holds),
         averaged=turned_elements(model.equations),
+        growth=modes.growth,
+        remarks=remarks,
     )
 
 
@@ -233,7 +256,7 @@ def repeated_modes(modes: Modes) -> tuple[tuple[int, ...], ...]:
 
 def damped_pairs(point: OperatingPoint) -> DampedModes:
     """The damped modes about a point; own states are held."""
-    modes = natural_modes(point.mass, point.stiffness, point.coordinates)
+    modes = natural_modes(point.mass, point.stiffness, point.coordinates, point.damping)
     return damped_modes(modes, point.damping, point.stiffness)
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.analysis.linear.mode_pairing import followed, is_upper
+from modelgen.solvers.coupled_modes import CoupledModes
 from modelgen.solvers.undamped_modes import ZERO, Modes, natural_modes
 
 Array = NDArray[np.float64]
@@ -59,6 +60,8 @@ def damped_modes(modes: Modes, damping: Any, stiffness: Array | None = None) -> 
     CasADi matrix. ``stiffness``, where given, adds its skew part; both may have more rows and columns than groups: those of own
     states z with z' + C_zq q' + K_zq q + K_zz z = 0. Which belongs to which: ``mode_pairing``.
     """
+    if modes.coupled is not None and stiffness is not None:
+        return damped_coupled_modes(modes.coupled, len(modes.squares), damping, stiffness)
     shapes, free, count = modes.shapes, modes.free, modes.shapes.shape[1]
     undamped, matrix, kept = _first_order(modes, damping, stiffness)
     elastic, moving = count - free, int(kept.sum())
@@ -123,3 +126,54 @@ def _times(matrix: Any, columns: Array) -> Array:
     """Product of an array, or of a sparse CasADi matrix, with columns."""
     product = matrix @ columns
     return np.asarray(product.full() if isinstance(product, ca.DM) else product)
+
+
+def damped_coupled_modes(coupled: CoupledModes, count: int, damping: Array, stiffness: Array) -> DampedModes:
+    """The same of modes whose matrices are not symmetric, all of them, of which those of the ``count`` lowest are given."""
+    n, free, to_angles = len(coupled.to_angles), coupled.free, coupled.to_angles
+    elastic = n - coupled.loose
+    undamped, matrix = _coupled_first_order(coupled, damping, stiffness)
+    vibrating = len(coupled.values) - free
+    block = np.full(len(matrix), vibrating, dtype=np.intp)
+    block[: 2 * n - coupled.loose] = np.where(coupled.block >= 0, coupled.block - free, vibrating)
+    whole = np.eye(len(matrix))
+    whole[: len(coupled.basis), : len(coupled.basis)] = coupled.basis
+    alone, all_of_it = (np.asarray(np.linalg.solve(whole, each @ whole)) for each in (undamped, matrix))
+    values, vectors, owner = followed(alone, all_of_it, block)
+    moves = np.abs(values) > ZERO * np.abs(values).max(initial=0.0)
+    kept = (owner < count - free) | ((owner == vibrating) & moves)
+    upper = np.flatnonzero(is_upper(values) & kept)
+    upper = upper[np.argsort(values[upper].imag, kind="stable")]
+    found = to_angles @ (whole @ vectors[:, upper])[elastic : elastic + n] / values[upper]
+    largest = np.abs(found).argmax(axis=0)
+    rates = np.full((count, 2), np.nan)
+    for mode in range(count - free):
+        own = values[owner == mode]
+        if not np.any(is_upper(own)):
+            rates[free + mode] = np.sort(-own.real)
+    return DampedModes(
+        _without_rounding(values[upper].astype(complex), values),
+        (found / found[largest, np.arange(len(upper))]).astype(complex),
+        np.where(owner[upper] == vibrating, -1, owner[upper] + free),
+        rates,
+    )
+
+
+def _coupled_first_order(coupled: CoupledModes, damping: Array, stiffness: Array) -> tuple[Array, Array]:
+    """x' = A x without and with damping and own states; x: elastic coordinates, rates of all of them, own states."""
+    to_angles, inner = coupled.to_angles, len(coupled.matrix)
+    n, own = len(to_angles), len(damping) - len(to_angles)
+    elastic = n - coupled.loose
+    undamped = np.zeros((inner + own, inner + own))
+    undamped[:inner, :inner] = coupled.matrix
+    matrix = undamped.copy()
+    rates, rest = slice(elastic, inner), slice(inner, None)
+    inertia = to_angles.T @ coupled.mass @ to_angles
+    symmetric = (damping[:n, :n] + damping[:n, :n].T) / 2
+    matrix[rates, rates] -= np.linalg.solve(inertia, to_angles.T @ symmetric @ to_angles)
+    if own:
+        matrix[rates, rest] = -np.linalg.solve(inertia, to_angles.T @ stiffness[:n, n:])
+        matrix[rest, :elastic] = -stiffness[n:, :n] @ to_angles[:, coupled.loose :]
+        matrix[rest, rates] = -damping[n:, :n] @ to_angles
+        matrix[rest, rest] = undamped[rest, rest] = -stiffness[n:, n:]
+    return undamped, matrix

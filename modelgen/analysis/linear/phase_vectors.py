@@ -22,6 +22,7 @@ from modelgen.analysis.linear.excitation import excitation
 from modelgen.analysis.linear.modal import modal
 from modelgen.errors import CaseError, nearest
 from modelgen.solvers.bound_model import bind
+from modelgen.solvers.coupled_modes import coupling_words
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -67,6 +68,8 @@ def phase_vectors(
 ) -> PhaseVectorResult:
     """Phase vectors at the operating point for the model's parameters with some changed by name.
 
+    Raises CaseError where stiffness or damping are not symmetric: a mode answers to torques by another shape than its own.
+
     Two cylinders that fire half a turn apart cancel in the first order and pull together in the second:
 
     >>> from modelgen import Driveline, HarmonicTorque, Inertia, Shaft, assemble, lower
@@ -80,6 +83,10 @@ def phase_vectors(
     """
     bound = bind(model, parameters=parameters, question="phase_vectors")
     model, point, modes = bound.model, bound.operating_point, modal(bound)
+    coupling = coupling_words(point.stiffness, point.damping)
+    if coupling:
+        what = f"rest on shapes that a torque works on, which are not those of the motion here: {coupling.partition(':')[0]}"
+        raise CaseError(f"phase vectors of {model.name!r}", what, "ask forced, which solves with the full matrices")
     shaking = excitation(model, point, highest_order=highest_order)
     torque, where = shaking.by_flange, FlangeMap.of(model)
     elastic = range(modes.rigid, len(modes.frequencies))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from modelgen.analysis.linear.excitation import Excitation
 from modelgen.analysis.linear.frequency_response import frequency_response
-from modelgen.analysis.linear.natural_modes import natural_modes
+from modelgen.analysis.linear.natural_modes import Modes, natural_modes
 from modelgen.solvers.linear_model import LinearModel
 
 Array = NDArray[np.float64]
@@ -30,12 +30,9 @@ def resonance_speeds(
     ``response`` (channels, orders): amplitudes at the lower speed.
     """
     point = linear.point
-    modes = natural_modes(point.mass, point.stiffness, point.coordinates)
-    shapes, n = modes.shapes[:, modes.free :], len(point.angle)
+    modes = natural_modes(point.mass, point.stiffness, point.coordinates, point.damping)
     omega = np.sqrt(np.maximum(modes.squares[modes.free :], 0.0))
-    viscous, lossy = (np.einsum("im,ij,jm->m", shapes, each[:n, :n], shapes) for each in (linear.damping, linear.hysteresis))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = (viscous + lossy / omega) / (2 * omega)
+    ratio = _damping_ratios(linear, modes, omega)
     orders = np.array([float(order) for order in shaking.orders])
     speeds = omega[:, None] / orders[None, :] if len(orders) else np.zeros((len(omega), 0))
     coarse = (speeds > low) & (speeds < high) & (ratio[:, None] > UNDAMPED) & (high - low > FINE * ratio[:, None] * speeds)
@@ -49,6 +46,21 @@ def resonance_speeds(
     around = np.concatenate([-AROUND[:0:-1], AROUND])
     near = (found[stands, None] * (1 + ratio[mode[stands], None] * around)).ravel()
     return np.unique(near[(near > low * (1 + 1e-12)) & (near < high * (1 - 1e-12))])
+
+
+def _damping_ratios(linear: LinearModel, modes: Modes, omega: Array) -> Array:
+    """Damping ratio of each vibrating mode, as far as damping leaves its shape as it is."""
+    n, free = len(modes.shapes), modes.free
+    matrices = [each[:n, :n] for each in (linear.damping, linear.hysteresis)]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        if modes.coupled is None:
+            shapes = modes.shapes[:, free:]
+            viscous, lossy = (np.einsum("im,ij,jm->m", shapes, each, shapes) for each in matrices)
+            return np.asarray((viscous + lossy / omega) / (2 * omega))
+        left, right, value = modes.coupled.left[:, free:], modes.coupled.right[:, free:], modes.coupled.values[free:]
+        matrices[0] = (matrices[0] + matrices[0].T) / 2  # the skew part is in the modes
+        viscous, lossy = (np.einsum("im,ij,jm->m", left, each, right) for each in matrices)
+        return np.asarray((value * viscous + 1j * lossy - value).real / omega)
 
 
 def _alone(linear: LinearModel, shaking: Excitation, order: NDArray[np.int64], speeds: Array) -> Array:

@@ -4,7 +4,7 @@ d(omega^2)/dp = q^T (dK/dp - omega^2 dM/dp) q for shapes with q^T M q = 1. K and
 vector: through shared parameters, their expressions, means over time, the quantities a law works with. What no derivative exists
 for is differenced, and the result says so: parameters derived by a NumPy function (mesh stiffness from the teeth), and the
 static angles of a driveline whose stiffness depends on them. Modes that share a frequency: the slopes of the frequencies into
-which the parameter splits them.
+which the parameter splits them. Where matrices are not symmetric, left and right eigenvectors count (``coupled_slopes``).
 Sources: R. L. Fox, M. P. Kapoor, AIAA J. 6 (1968) 2426; for repeated modes I. U. Ojalvo, AIAA J. 26 (1988) 361.
 """
 
@@ -19,9 +19,11 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from modelgen.analysis.linear.coupled_slopes import coupled_gradient, frequency_slopes
+from modelgen.analysis.linear.linear_remarks import mode_remarks
 from modelgen.analysis.linear.modal import repeated_modes
 from modelgen.analysis.linear.mode_numbers import mode_name
-from modelgen.analysis.linear.natural_modes import natural_modes
+from modelgen.analysis.linear.natural_modes import Modes, natural_modes
 from modelgen.analysis.linear.parameter_directions import angle_slopes, mean_slopes, named_entries, parameter_directions
 from modelgen.errors import CaseError, nearest
 from modelgen.lowering import Compiled
@@ -39,7 +41,7 @@ class SensitivityResult:
     and ``values`` (a row of a series is ``name[3]``); ``slopes`` (modes, parameters) [Hz per unit]; ``relative``: the same as
     relative change of the frequency per relative change of the parameter. ``methods`` by parameter: "derivative" or
     "differences". ``repeated``: modes that share a frequency. ``whole``: parameters that are whole numbers, which have no
-    slope.
+    slope. ``remarks``: what is to be known of the matrices and laws.
     """
 
     model: str
@@ -52,6 +54,7 @@ class SensitivityResult:
     methods: tuple[str, ...]
     repeated: tuple[tuple[int, ...], ...]
     whole: tuple[str, ...]
+    remarks: tuple[str, ...] = ()
 
     @property
     def relative(self) -> Array:
@@ -95,35 +98,39 @@ def sensitivities(
     """
     bound = bind(model, parameters=parameters, question="sensitivities")
     model, point = bound.model, point or bound.operating_point
-    modes = natural_modes(point.mass, point.stiffness, point.coordinates)
+    modes = natural_modes(point.mass, point.stiffness, point.coordinates, point.damping)
+    coupled = modes.coupled
     keep = len(modes.squares) if count is None else count
     clusters = repeated_modes(modes)
     names, entries, whole = named_entries(model)
     directions, differenced = parameter_directions(model, point.p, entries, model.parameters.given)
     means = mean_slopes(model, point, directions)
     angles: Array | None = None
-    squares = np.zeros((len(modes.squares), len(entries)))
+    squares, of_coupled = np.zeros((2, len(modes.squares), len(entries)))
     cluster_of = {mode: cluster for cluster in clusters for mode in cluster}
     for mode in range(modes.free, keep):
         cluster = cluster_of.get(mode, (mode,))
         if mode != cluster[0]:
             continue
-        block = np.zeros((len(entries), len(cluster), len(cluster)))
+        block = np.zeros((len(entries), len(cluster), len(cluster)), dtype=complex if coupled else float)
         for i, first in enumerate(cluster):
-            for j, second in enumerate(cluster[: i + 1]):
-                by_p, by_mean, by_angle = _gradient(
-                    model, point, modes.squares[mode], modes.shapes[:, first], modes.shapes[:, second]
-                )
+            for j, second in enumerate(cluster if coupled else cluster[: i + 1]):
+                by_p, by_mean, by_angle = _between(model, point, modes, mode, first, second)
                 block[:, i, j] = by_p @ directions + by_mean @ means
                 if np.any(by_angle):
                     angles = angle_slopes(model, parameters, point, names) if angles is None else angles
                     moved = by_angle @ angles
                     block[:, i, j] += moved
                     differenced |= moved != 0
-                block[:, j, i] = block[:, i, j]
-        squares[list(cluster)] = np.linalg.eigvalsh(block).T
+                if not coupled:
+                    block[:, j, i] = block[:, i, j]
+        if coupled:
+            of_coupled[list(cluster)] = frequency_slopes(complex(coupled.values[mode]), block)
+        else:
+            squares[list(cluster)] = np.linalg.eigvalsh(block).T
     omega = np.sqrt(np.abs(modes.squares))
     slopes = np.where(omega[:, None] > 0, squares / np.where(omega > 0, 4 * np.pi * omega, 1.0)[:, None], 0.0)
+    slopes = of_coupled if coupled else slopes
     units = {name: each.unit for name, each in model.parameters.parameters.items()}
     return SensitivityResult(
         model=model.name,
@@ -136,6 +143,7 @@ def sensitivities(
         methods=tuple("differences" if each else "derivative" for each in differenced),
         repeated=tuple(cluster for cluster in clusters if cluster[-1] < keep),
         whole=whole,
+        remarks=mode_remarks(model, point),
     )
 
 
@@ -151,6 +159,13 @@ def _gradient_function(model: Compiled) -> ca.Function:
     value = -ca.dot(left, ca.jtimes(torque, angle, right)) - square * ca.dot(left, ca.mtimes(mass, right))
     slopes = [ca.densify(ca.jacobian(value, each)) for each in (p, mean, angle)]
     return ca.Function("gradient", [*given, square, left, right], slopes)
+
+
+def _between(model: Compiled, point: OperatingPoint, modes: Modes, mode: int, first: int, second: int) -> list[Any]:
+    """The gradient of the square, or of the eigenvalue, of a mode between the vectors of two modes that share it."""
+    if modes.coupled is not None:
+        return coupled_gradient(model, point, modes.coupled, mode, first, second)
+    return _gradient(model, point, modes.squares[mode], modes.shapes[:, first], modes.shapes[:, second])
 
 
 def _gradient(model: Compiled, point: OperatingPoint, square: float, left: Array, right: Array) -> list[Array]:

@@ -48,9 +48,16 @@ static void emit(const Task *task, Work *k, const V *y, V time, const int64_t *s
   }
 }
 
-/* Outputs between t and until, for the lanes that take their step. */
+/* When the next output of a lane is due; there is none behind the last. */
+static void set_due(const Task *task, Work *k, int lane) {
+  int64_t n = k->reached[lane];
+  k->due[lane] = n < task->samples ? task->times[k->job[lane] * task->times_stride + n] : INFINITY;
+}
+
+/* Outputs from t to where the steps that are taken end, or behind the break there. */
 static void write_outputs(const Task *task, Work *k, const double *accepted) {
   V y[NX];
+  if (!ANY(S_(and)(is_set(accepted), row(k->due) <= row(k->covers)))) return;
   for (;;) {
     V theta = v_all(0.0), time = v_all(0.0);
     int64_t sample[WIDTH];
@@ -58,13 +65,10 @@ static void write_outputs(const Task *task, Work *k, const double *accepted) {
     for (int slot = 0; slot < WIDTH; ++slot) {
       int lane = SLOT_LANE(slot);
       sample[slot] = -1, time[slot] = k->t[lane];
-      if (accepted[lane] == 0) continue;
-      const double *times = task->times + k->job[lane] * task->times_stride;
-      int64_t n = k->reached[lane];
-      if (n >= task->samples || !(times[n] <= (task->break_count ? k->covers : k->until)[lane])) continue;
+      if (accepted[lane] == 0 || !(k->due[lane] <= k->covers[lane])) continue;
       if (!k->dense_used[lane]) k->dense_used[lane] = 1, k->evaluations[lane] += EXTRA;
-      sample[slot] = n, time[slot] = times[n], theta[slot] = (times[n] - k->t[lane]) / k->h[lane];
-      k->reached[lane] = n + 1, any = 1;
+      sample[slot] = k->reached[lane]++, time[slot] = k->due[lane], theta[slot] = (k->due[lane] - k->t[lane]) / k->h[lane];
+      set_due(task, k, lane), any = 1;
     }
     if (!any) return;
     if (task->states || task->channels.outputs) {

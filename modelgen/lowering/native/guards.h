@@ -37,13 +37,12 @@ static void look_ahead(const Task *task, Work *k) {
 #if HIGH
 /* What guards have beyond the quintic through start, middle and end: its factors of (c0 + c1 theta) (theta (theta - 1/2) (theta - 1))^2. */
 static void look_beyond(const Task *task, Work *k) {
-  S still[2 * SURFACES + 1], moved[2 * SURFACES + 1], v[NX];
+  S moved[2 * SURFACES + 1], v[NX];
   high_powers(task, k);
-  guard_stage(k->c, W_AT(k, TIMES - 1), k->x, k->now.k[END], still);
   for (int each = 0; each < 2; ++each) {
     for (int64_t n = 0; n < task->reads; ++n) v[task->read[n]] = k->now.k[END][task->read[n]] + k->now.high[each][task->read[n]];
     guard_stage(k->c, W_AT(k, TIMES - 1), k->x, v, moved);
-    for (int n = 0; n < SURFACES; ++n) k->beyond[each][n] = moved[SURFACES + n] - still[SURFACES + n];
+    for (int n = 0; n < SURFACES; ++n) k->beyond[each][n] = moved[SURFACES + n] - k->guard[FULL][RATES + n];
   }
 }
 #endif

@@ -17,31 +17,34 @@ static void report(const Task *task, const Work *k, int lane, int64_t outcome) {
 static void finish(const Task *task, Work *k, int lane, int64_t outcome) {
   hold(task, k, lane, k->t[lane]);
   report(task, k, lane, outcome);
-  k->job[lane] = -1, k->h[lane] = 0.0;
+  k->job[lane] = -1, k->h[lane] = 0.0, k->limit[lane] = k->t[lane];
 }
 
-/* A size at most as large as wanted, and the time that it leads to: no sliver is left before a break or the end. */
-static void clip(const Task *task, const Work *k, int lane, double wanted, double *h, double *t_new) {
-  double left = k->limit[lane] - k->t[lane];
-  *h = smaller(wanted, task->largest_step);
-  if (*h >= left) {
-    *h = left, *t_new = k->limit[lane];
-  } else {
-    *t_new = k->t[lane] + (2 * *h > left ? left / 2 : *h);
-    *h = *t_new - k->t[lane];
+/* Sizes at most as large as wanted, and the times that they lead to: no sliver is left before a break or the end. */
+static void clip(const Task *task, const Work *k, S wanted, double *h, double *t_new) {
+  const S t = row(k->t), limit = row(k->limit), left = limit - t, most = S_(all)(task->largest_step);
+  const S size = S_(select)(most < wanted, most, wanted), to = t + S_(select)(2.0 * size > left, 0.5 * left, size);
+  const S_MASK last = size >= left;
+  put_row(t_new, S_(select)(last, limit, to)), put_row(h, S_(select)(last, left, to - t));
+}
+
+/* The number of equal parts (rule FIXED). */
+static double part_count(const Task *task, const Work *k, int lane) {
+  return larger(1.0, ceil((k->end[lane] - task->begin) / task->fixed_step * (1 - 1e-12)));
+}
+
+/* The steps to try next. */
+static void propose(const Task *task, Work *k) {
+  if (task->rule != FIXED) {
+    if (task->break_count) memcpy(k->asked, k->h, sizeof k->asked);
+    clip(task, k, row(k->h), k->h, k->t_new);
+    return;
   }
-}
-
-/* The step to try next. */
-static void propose(const Task *task, Work *k, int lane) {
-  if (task->rule == FIXED) { /* to the next of the equal parts, from wherever an event has left off */
-    double span = k->end[lane] - task->begin, count = larger(1.0, ceil(span / task->fixed_step * (1 - 1e-12)));
-    double part = (double)(k->grid[lane] + 1);
+  for (int lane = 0; lane < LANES; ++lane) { /* to the next of the equal parts, from wherever an event has left off */
+    if (k->job[lane] < 0) continue;
+    double span = k->end[lane] - task->begin, count = part_count(task, k, lane), part = (double)(k->grid[lane] + 1);
     k->t_new[lane] = smaller(part < count ? task->begin + span * (part / count) : k->end[lane], k->stop[lane]);
     k->h[lane] = k->t_new[lane] - k->t[lane];
-  } else {
-    if (task->break_count) k->asked[lane] = smaller(k->h[lane], task->largest_step);
-    clip(task, k, lane, k->h[lane], &k->h[lane], &k->t_new[lane]);
   }
 }
 
@@ -62,10 +65,9 @@ static void weigh(const Task *task, Work *k, S error, S miss) {
   k->factor = S_(all)(SAFETY) * S_(exp)(S_(all)(-PRESENT * EXPONENT) * k->log_error + S_(all)(PAST * EXPONENT) * before);
 }
 
-/* Decide on the step that was tried: 1 if the lane takes it over. save: the lane tries a longer one first; restore: which fails. */
+/* Decide on the step that a lane tried: 1 if it takes it over. save: the lane tries a longer one first; restore: which fails. */
 static int judge(const Task *task, Work *k, int lane, double difference, double miss, double guard, double size, double *save, double *restore) {
-  double h = k->h[lane], error = difference / task->tolerance;
-  *save = *restore = 0.0;
+  double error = difference / task->tolerance;
   ++k->tried[lane];
   if (!(guard <= task->bound * task->bound)) {
     if (!isfinite(guard)) {
@@ -75,36 +77,46 @@ static int judge(const Task *task, Work *k, int lane, double difference, double 
       return 0;
     }
   }
-  if (task->crossings && (error <= 1 || task->rule == FIXED)) k->evaluations[lane] += EXTRA; /* the guards ask for the middle */
+  if (has_guards(task) && (error <= 1 || task->rule == FIXED)) k->evaluations[lane] += EXTRA; /* the guards ask for the middle */
   if (task->rule == FIXED) {
     if (error == INFINITY) finish(task, k, lane, DIVERGED);
     return k->job[lane] >= 0;
   }
   error = miss == miss ? larger(error, miss) : INFINITY;
   if (task->rule == PAPER) {
-    double longer, t_longer;
     if (k->doubling[lane] && !(error <= 1)) {
       ++k->rejected[lane], *restore = 1.0;
       k->h[lane] = k->kept_h[lane], k->t_new[lane] = k->kept_t_new[lane];
     } else if (!(error <= 1)) {
       k->halving[lane] = 1;
       return refuse(task, k, lane, 0.5);
-    } else if (!k->halving[lane]) {
-      clip(task, k, lane, 2 * h, &longer, &t_longer);
-      if (longer >= 1.5 * h) {
-        *save = 1.0, k->doubling[lane] = 1;
-        k->kept_h[lane] = h, k->kept_t_new[lane] = k->t_new[lane], k->h[lane] = longer;
-        return 0;
-      }
+    } else if (!k->halving[lane] && k->longer[lane] >= 1.5 * k->h[lane]) {
+      *save = 1.0, k->doubling[lane] = 1;
+      k->kept_h[lane] = k->h[lane], k->kept_t_new[lane] = k->t_new[lane], k->h[lane] = k->longer[lane];
+      return 0;
     }
     k->doubling[lane] = k->halving[lane] = 0;
-    k->wanted[lane] = k->h[lane];
     return 1;
   }
   if (!(error <= 1)) return refuse(task, k, lane, error < INFINITY ? larger(SMALLEST_SHRINK, SAFETY * pow(error, -EXPONENT)) : SMALLEST_SHRINK);
-  k->wanted[lane] = larger(k->floor[lane], h * smaller(k->growth[lane], larger(SMALLEST_SHRINK, get(&k->factor, lane))));
-  k->log_before[lane] = get(&k->log_error, lane), k->growth[lane] = LARGEST_GROWTH;
   return 1;
+}
+
+/* The same for all lanes. Most steps pass by sizes alone, side by side. */
+static void judge_all(const Task *task, Work *k, S error, S miss, S guard, S size, double *accepted, double *save, double *restore) {
+  const S one = S_(all)(1.0);
+  double t_longer[LANES];
+  S_MASK good = S_(and)(working(k), guard <= S_(all)(task->bound * task->bound));
+  good = S_(and)(good, S_(and)(error / S_(all)(task->tolerance) <= one, miss <= one));
+  if (task->rule != SMOOTH) good = one != one;
+  put_row(accepted, S_(number)(good)), put_row(save, S_(all)(0.0)), put_row(restore, S_(all)(0.0));
+  for (int lane = 0; lane < LANES; ++lane) k->tried[lane] += accepted[lane] != 0;
+  for (int lane = 0; lane < LANES && has_guards(task) && EXTRA; ++lane) k->evaluations[lane] += accepted[lane] != 0 ? EXTRA : 0;
+  if (!ANY(S_(not)(good))) return;
+  if (task->rule == PAPER) clip(task, k, 2.0 * row(k->h), k->longer, t_longer);
+  for (int lane = 0; lane < LANES; ++lane)
+    if (k->job[lane] >= 0 && accepted[lane] == 0)
+      accepted[lane] = judge(task, k, lane, LANE(error, lane), LANE(miss, lane), LANE(guard, lane), LANE(size, lane), &save[lane], &restore[lane]);
 }
 
 /* The next break of a lane, behind the one that it has passed. */
@@ -116,21 +128,33 @@ static void next_stop(const Task *task, Work *k, int lane) {
   k->behind[lane] = n < task->break_count ? before[task->break_count + n] : INFINITY;
 }
 
-/* The lane stands at the end of its step, where an event has cut it, or behind a break. */
-static void advance(const Task *task, Work *k, int lane) {
-  int whole = k->until[lane] == k->t_new[lane], at_break = task->break_count && k->crossing_break[lane];
-  ++k->steps[lane];
-  k->largest[lane] = larger(k->largest[lane], k->h[lane]);
-  if (k->t_new[lane] < k->end[lane] || !(k->smallest[lane] < INFINITY)) k->smallest[lane] = smaller(k->smallest[lane], k->h[lane]);
-  k->t[lane] = at_break ? k->behind[lane] : k->until[lane];
-  if (task->rule == FIXED) {
-    double span = k->end[lane] - task->begin, count = larger(1.0, ceil(span / task->fixed_step * (1 - 1e-12))), part = (double)(k->grid[lane] + 1);
-    k->grid[lane] += at_break ? part < count && k->behind[lane] >= task->begin + span * (part / count) : whole;
-  } else if (whole && !at_break) {
-    k->h[lane] = k->wanted[lane];
-  } else {
-    k->log_before[lane] = 0.0;
-    if (at_break && task->rule == SMOOTH) k->h[lane] = larger(k->h[lane], k->asked[lane]);
+/* A lane goes on behind a break. */
+static void pass_break(const Task *task, Work *k, int lane) {
+  k->t[lane] = k->behind[lane];
+  if (task->rule == SMOOTH) k->h[lane] = larger(k->h[lane], smaller(k->asked[lane], task->largest_step));
+  ++k->next_break[lane], next_stop(task, k, lane);
+}
+
+/* The lanes that take their step stand at its end, where an event has cut it, or behind a break. */
+static void advance(const Task *task, Work *k, const double *accepted) {
+  const S zero = S_(all)(0.0), h = row(k->h), until = row(k->until), t_new = row(k->t_new), most = row(k->largest), least = row(k->smallest);
+  const S_MASK took = is_set(accepted), whole = S_(and)(until == t_new, S_(not)(is_set(k->crossing_break)));
+  const S_MASK counts = S_(and)(took, S_(and)(h < least, S_(or)(t_new < row(k->end), least == S_(all)(INFINITY))));
+  for (int lane = 0; lane < LANES; ++lane) k->steps[lane] += accepted[lane] != 0;
+  put_row(k->largest, S_(select)(S_(and)(took, h > most), h, most)), put_row(k->smallest, S_(select)(counts, h, least));
+  put_row(k->t, S_(select)(took, until, row(k->t)));
+  if (task->rule == SMOOTH) {
+    const S growth = row(k->growth), wish = S_(larger)(k->factor, S_(all)(SMALLEST_SHRINK));
+    const S wanted = S_(larger)(h * S_(select)(wish < growth, wish, growth), row(k->floor));
+    put_row(k->h, S_(select)(S_(and)(took, whole), wanted, h)), put_row(k->growth, S_(select)(took, S_(all)(LARGEST_GROWTH), growth));
+    put_row(k->log_before, S_(select)(took, S_(select)(whole, k->log_error, zero), row(k->log_before)));
   }
-  if (at_break) ++k->next_break[lane], next_stop(task, k, lane);
+  for (int lane = 0; lane < LANES && task->rule == FIXED; ++lane) {
+    double span = k->end[lane] - task->begin, count = part_count(task, k, lane), part = (double)(k->grid[lane] + 1);
+    if (accepted[lane] == 0) continue;
+    if (k->crossing_break[lane] == 0) k->grid[lane] += k->until[lane] == k->t_new[lane];
+    else k->grid[lane] += part < count && k->behind[lane] >= task->begin + span * (part / count);
+  }
+  for (int lane = 0; lane < LANES && task->break_count; ++lane)
+    if (k->crossing_break[lane] != 0) pass_break(task, k, lane);
 }

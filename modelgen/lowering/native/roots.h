@@ -25,10 +25,9 @@ typedef struct {
   int turns;
 } Bounds;
 
-static double guard_at(Counting *c, double time, double *rate) {
+static double guard_at(Counting *c, double time) {
   double at[4] = {time, time, time, time};
   see(c->task, c->k, c->lane, at);
-  if (rate) *rate = c->k->four[4 * (c->task->surfaces + c->surface)];
   return c->k->four[4 * c->surface];
 }
 
@@ -39,11 +38,12 @@ static void add_place(Counting *c, double time, double value, double rounding, d
 
 /* The place where a guard turns, if its rates at both ends say that it does. */
 static void turn(Counting *c, double a, double b) {
-  double at_a, at_b;
-  guard_at(c, a, &at_a), guard_at(c, b, &at_b);
+  const double ends[4] = {a, b, b, b}, *rate = c->k->four + 4 * (c->task->surfaces + c->surface);
+  see(c->task, c->k, c->lane, ends);
+  const double at_a = rate[0], at_b = rate[1];
   if (!(at_a * at_b < 0)) return;
   double place = locate(c->task, c->k, c->lane, c->task->surfaces + c->surface, at_a < 0, a, b, at_a, at_b);
-  add_place(c, place, guard_at(c, place, 0), 0.0, at_a < 0 ? -1.0 : 1.0);
+  add_place(c, place, guard_at(c, place), 0.0, at_a < 0 ? -1.0 : 1.0);
 }
 
 /* Whether a part needs no halving: there is no zero, the guard goes one way, or it turns once. */
@@ -56,7 +56,7 @@ static int is_done(Counting *c, const Bounds *found, double a, double b, int dep
   return 1;
 }
 
-static void look_at(Counting *c, double time) { add_place(c, time, guard_at(c, time, 0), c->zero, 0.0); }
+static void look_at(Counting *c, double time) { add_place(c, time, guard_at(c, time), c->zero, 0.0); }
 
 /* Places of a polynomial by its eight Bernstein coefficients over a part of the step; de Casteljau's scheme halves. */
 static void by_polynomial(Counting *c, const double *b, double from, double to, int depth) {
@@ -88,11 +88,9 @@ static void part_of(double *row, double a, double b) {
     for (int j = DEGREE; j > i; --j) row[j] = (1 - share) * row[j - 1] + share * row[j];
 }
 
-/* Ranges of the states and of their rates between two times of a lane's step, and with them those of all guards and their rates. */
-static void enclose(const Task *task, Work *k, int lane, double from, double to) {
+/* Ranges of the states and of their rates between two times of a lane's step: lows, then highs, in one slot. */
+static void span(const Task *task, const Work *k, int lane, int slot, double from, double to, V *x, V *v) {
   const double h = k->h[lane], t = k->t[lane], a = (from - t) / h, b = to < k->t_new[lane] ? (to - t) / h : 1.0;
-  V x[2 * NX], v[2 * NX + 2], none = v_all(t);
-  for (int i = 0; i < 2 * NX; ++i) x[i] = v[i] = v_all(0.0);
   for (int64_t n = 0; n < task->reads; ++n) {
     const int64_t i = task->read[n];
     double row[DEGREE + 1], start = get(&k->y[i], lane), low, high, slowest, fastest, per = DEGREE / ((b - a) * h);
@@ -109,23 +107,35 @@ static void enclose(const Task *task, Work *k, int lane, double from, double to)
       double speed = per * (row[j] - row[j - 1]);
       low = smaller(low, row[j]), high = larger(high, row[j]), slowest = smaller(slowest, speed), fastest = larger(fastest, speed);
     }
-    x[i] = v_all(get(&k->x0[i], lane) + low), x[NX + i] = v_all(get(&k->x0[i], lane) + high);
-    v[i] = v_all(slowest), v[NX + i] = v_all(fastest);
+    x[i][slot] = get(&k->x0[i], lane) + low, x[NX + i][slot] = get(&k->x0[i], lane) + high;
+    v[i][slot] = slowest, v[NX + i][slot] = fastest;
   }
-  v[2 * NX] = v_all(from), v[2 * NX + 1] = v_all(to);
-  task->bounds.at(k->lane_bounds_c, &none, x, v, k->bounded);
+  v[2 * NX][slot] = from, v[2 * NX + 1][slot] = to;
 }
 
-static void by_enclosures(Counting *c, double from, double to, int depth) {
+/* Bounds of a guard over parts of the step that follow each other, between so many times, side by side. */
+static void enclose(Counting *c, int parts, const double *ends, Bounds *found) {
   const int64_t g = c->task->surfaces, m = c->surface;
-  enclose(c->task, c->k, c->lane, from, to);
-  V *each = c->k->bounded;
-  Bounds found = {each[m][0], each[2 * g + m][0], each[g + m][0], each[3 * g + m][0], -1};
-  if (is_done(c, &found, from, to, depth)) return;
-  double middle = from + 0.5 * (to - from);
-  by_enclosures(c, from, middle, depth + 1);
+  const V none = v_all(c->k->t[c->lane]), *each = c->k->bounded;
+  V x[2 * NX], v[2 * NX + 2];
+  for (int i = 0; i < 2 * NX; ++i) x[i] = v[i] = v_all(0.0);
+  v[2 * NX] = v[2 * NX + 1] = none;
+  for (int n = 0; n < parts; ++n) span(c->task, c->k, c->lane, n, ends[n], ends[n + 1], x, v);
+  c->task->bounds.at(c->k->lane_bounds_c, &none, x, v, c->k->bounded);
+  for (int n = 0; n < parts; ++n) {
+    Bounds one = {each[m][n], each[2 * g + m][n], each[g + m][n], each[3 * g + m][n], -1};
+    found[n] = one;
+  }
+}
+
+static void by_enclosures(Counting *c, const Bounds *found, double from, double to, int depth) {
+  const double middle = from + 0.5 * (to - from), ends[] = {from, middle, to};
+  Bounds half[2];
+  if (is_done(c, found, from, to, depth)) return;
+  enclose(c, 2, ends, half);
+  by_enclosures(c, half, from, middle, depth + 1);
   look_at(c, middle);
-  by_enclosures(c, middle, to, depth + 1);
+  by_enclosures(c, half + 1, middle, to, depth + 1);
 }
 
 /* Whether the quintic through a guard's values and rates, given by its Bernstein coefficients, shows that the guard stays on its side of
@@ -176,7 +186,10 @@ static void find_places(Counting *c) {
 #endif
     by_polynomial(c, b, from, to, 0);
   } else if (way == ENCLOSED) {
-    by_enclosures(c, from, to, 0);
+    const double ends[] = {from, to};
+    Bounds whole;
+    for (int64_t n = 0; n < task->bounds.values; ++n) k->lane_bounds_c[n] = ONE_LANE(k->bounds_c[n], lane);
+    enclose(c, 1, ends, &whole), by_enclosures(c, &whole, from, to, 0);
   } else {
     turn(c, from, middle), add_place(c, middle, g[1], c->zero, 0.0), turn(c, middle, to);
   }
@@ -220,10 +233,10 @@ static void walk(Counting *c, int64_t n, int64_t direction, double *side, double
 
 /* All zeros of the guards of one lane in its step, and all touches, in order of time. */
 static void find(const Task *task, Work *k, int lane) {
-  Counting c = {task, k, lane, 0, 0, 0, 0.0, 0.0, {{0.0, 0.0, 0.0, 0.0}}};
+  Counting c;
+  c.task = task, c.k = k, c.lane = lane, c.places = c.undecided = 0, c.surface = -1;
   k->finds[lane] = 0;
   for (int64_t n = 0; n < task->guards.values; ++n) k->lane_guard_c[n] = ONE_LANE(k->guard_c[n], lane);
-  for (int64_t n = 0; n < task->bounds.values; ++n) k->lane_bounds_c[n] = ONE_LANE(k->bounds_c[n], lane);
   for (int64_t n = 0; n < task->crossings; ++n) {
     const int64_t *crossing = task->crossing + n * CROSSING, at = lane * task->crossings + n, m = crossing[SURFACE];
     c.zero = task->guard_zero[k->job[lane] * task->crossings + n], c.near = TOUCH * c.zero;
@@ -233,7 +246,7 @@ static void find(const Task *task, Work *k, int lane) {
       if (fabs(end) > c.zero) k->side[at] = end;
       continue;
     }
-    if (!c.places || c.surface != m) c.surface = m, find_places(&c);
+    if (c.surface != m) c.surface = m, find_places(&c);
     if (c.undecided) task->undecided[k->job[lane] * task->crossings + n] = 1;
     walk(&c, n, crossing[DIRECTION], k->side + at, k->graze_after + at);
   }

@@ -11,7 +11,7 @@ static void set_out(const Task *task, Work *k, const double *which) {
   for (int i = 0; i < NX; ++i) k->x[i] = k->x0[i] + k->y[i];
   state_stage(k->c, W_AT(k, 0), k->x, k->base);
   for (int i = 0; i < NX; ++i) k->now.k[0][i] = S_(select)(take, k->base[i], k->now.k[0][i]);
-  if (!task->crossings) return;
+  if (!has_guards(task)) return;
   look(task, k, HALF, W_AT(k, 0), k->y, k->now.k[0]);
   for (int64_t n = 0; n < 2 * RATES; ++n) k->guard[START][n] = S_(select)(take, k->guard[HALF][n], k->guard[START][n]);
 }
@@ -19,7 +19,7 @@ static void set_out(const Task *task, Work *k, const double *which) {
 /* Where lanes go on after events, signs of the guards that stand at START. */
 static void set_out_with_signs(const Task *task, Work *k, const double *which) {
   set_out(task, k, which);
-  for (int lane = 0; lane < LANES && task->crossings; ++lane)
+  for (int lane = 0; lane < LANES && has_guards(task); ++lane)
     if (which[lane] != 0) set_signs(task, k, lane);
 }
 
@@ -40,12 +40,12 @@ static int64_t begin(const Task *task, Work *k, int lane, int64_t job) {
   k->steps[lane] = k->tried[lane] = k->rejected[lane] = k->grid[lane] = k->doubling[lane] = k->halving[lane] = 0;
   k->evaluations[lane] = 1;
   k->smallest[lane] = INFINITY, k->largest[lane] = 0.0, k->log_before[lane] = 0.0, k->growth[lane] = LARGEST_GROWTH, k->h[lane] = 0.0;
-  k->reached[lane] = times[0] == task->begin;
+  k->reached[lane] = times[0] == task->begin, set_due(task, k, lane);
   k->events[lane] = k->quick[lane] = k->finds[lane] = 0, k->last_event[lane] = -1;
   k->next_break[lane] = k->crossing_break[lane] = k->returns[lane] = 0, next_stop(task, k, lane);
   if (k->stop[lane] <= k->t[lane]) k->t[lane] = k->behind[lane], k->next_break[lane] = 1, next_stop(task, k, lane); /* it starts on a break */
   set_parameters(task, k, lane);
-  if (!task->crossings) return RUNNING;
+  if (!has_guards(task)) return RUNNING;
   for (int64_t n = 0; n < task->crossings; ++n) {
     k->fired[lane * task->crossings + n] = 0;
     put(&k->guard_near[task->crossing[n * CROSSING + SURFACE]], lane, TOUCH * task->guard_zero[job * task->crossings + n]);
@@ -65,7 +65,7 @@ static int64_t begin(const Task *task, Work *k, int lane, int64_t job) {
 
 /* Give idle lanes the next jobs, with slopes and first steps (Hairer's rule). Whether any lane is at work. */
 static int take_jobs(const Task *task, Work *k) {
-  for (;;) {
+  while (ANY(S_(not)(working(k)))) {
     double unit[LANES], speed[LANES], taken[LANES];
     int64_t sample[WIDTH];
     int any = 0, busy = 0;
@@ -126,6 +126,7 @@ static int take_jobs(const Task *task, Work *k) {
       k->h[lane] = larger(h, k->floor[lane]);
     }
   }
+  return 1;
 }
 
 /* The step of each lane and what goes with it, kept while longer ones are tried (rule PAPER). */
@@ -147,7 +148,7 @@ static int64_t go_behind(const Task *task, Work *k, Log *log, int lane, double *
     start[i] = get(&k->now.y_end[i], lane);
     y[i] = start[i] + gap * get(&k->now.k[END][i], lane);
   }
-  return task->crossings ? jump(task, k, log, lane, k->stop[lane], start, k->behind[lane], y) : RUNNING;
+  return has_guards(task) ? jump(task, k, log, lane, k->stop[lane], start, k->behind[lane], y) : RUNNING;
 }
 
 /* Slopes, guards and signs where lanes go on after events and breaks; a mode that is left at once is left here. */
@@ -164,10 +165,10 @@ static void set_out_again(const Task *task, Work *k, Log *log, const double *whi
       if (going[lane] == 0) continue;
       for (int i = 0; i < NX; ++i) y[i] = get(&k->y[i], lane), finite &= isfinite(get(&k->now.k[0][i], lane)) != 0;
       if (!finite) finish(task, k, lane, NON_FINITE_RATE);
-      else if (task->crossings) next = returning(task, k, lane);
+      else if (has_guards(task)) next = returning(task, k, lane);
       if (next < 0) {
         going[lane] = 0.0;
-        if (finite && task->crossings) set_signs(task, k, lane);
+        if (finite && has_guards(task)) set_signs(task, k, lane);
         continue;
       }
       outcome = go_back(task, k, log, lane, next, y);
@@ -178,50 +179,63 @@ static void set_out_again(const Task *task, Work *k, Log *log, const double *whi
   }
 }
 
+/* What happens to a lane in the step that it takes: events, a break. y: where it goes on if *whole becomes zero. The outcome there. */
+static int64_t come_upon(const Task *task, Work *k, Log *log, int lane, double *whole, double *y) {
+  int64_t outcome = RUNNING;
+  if (k->finds[lane]) {
+    outcome = happen(task, k, log, lane, y);
+    if (k->jumped[lane]) *whole = k->crossing_break[lane] = 0.0;
+  }
+  if (has_guards(task) && *whole != 0 && LANE(k->suspects, lane)) keep_signs(task, k, lane);
+  if (k->crossing_break[lane] != 0) {
+    *whole = 0.0;
+    outcome = go_behind(task, k, log, lane, y);
+  }
+  return outcome;
+}
+
+/* The state that each lane goes on from where its step is taken as a whole. */
+static void go_on(const Task *task, Work *k, S_MASK whole) {
+  if (!ANY(S_(not)(whole))) {
+    S *start = k->guard[START];
+    for (int i = 0; i < NX; ++i) k->y[i] = k->now.y_end[i], k->now.k[0][i] = k->now.k[END][i];
+    if (has_guards(task)) k->guard[START] = k->guard[FULL], k->guard[FULL] = start;
+    return;
+  }
+  for (int i = 0; i < NX; ++i) {
+    k->y[i] = S_(select)(whole, k->now.y_end[i], k->y[i]);
+    k->now.k[0][i] = S_(select)(whole, k->now.k[END][i], k->now.k[0][i]);
+  }
+  for (int64_t n = 0; n < 2 * RATES; ++n) k->guard[START][n] = S_(select)(whole, k->guard[FULL][n], k->guard[START][n]);
+}
+
 /* The steps that were accepted: events, outputs, and the state that each lane goes on from. */
 static void take_steps(const Task *task, Work *k, Log *log, const double *accepted) {
+  const S_MASK took = is_set(accepted), none = S_(all)(0.0) != S_(all)(0.0);
+  S_MASK looked = has_guards(task) ? S_(and)(took, k->suspects) : none, behind = none;
   double whole[LANES], again[LANES], y[LANES][NX];
   int64_t outcome[LANES];
-  int cuts = 0, all = 1;
-  for (int lane = 0; lane < LANES; ++lane) {
-    outcome[lane] = RUNNING, again[lane] = 0.0;
-    k->until[lane] = k->t_new[lane], k->finds[lane] = 0, k->dense_used[lane] = EXTRA && task->crossings;
-    if (task->crossings && accepted[lane] != 0 && LANE(k->suspects, lane)) {
-      dense_stages(k);
-      find(task, k, lane), cut(task, k, lane);
-    }
-  }
-  if (task->break_count) for (int lane = 0; lane < LANES; ++lane) {
-    k->crossing_break[lane] = accepted[lane] != 0 && k->until[lane] == k->stop[lane];
-    k->covers[lane] = k->crossing_break[lane] ? k->behind[lane] : k->until[lane];
+  int cuts = 0;
+  memcpy(k->until, k->t_new, sizeof k->until), memcpy(whole, accepted, sizeof whole);
+  put_row(again, S_(all)(0.0)), memset(outcome, 0, sizeof outcome), memset(k->finds, 0, sizeof k->finds);
+  for (int lane = 0; lane < LANES; ++lane) k->dense_used[lane] = EXTRA && has_guards(task);
+  if (ANY(looked)) dense_stages(k);
+  for (int lane = 0; lane < LANES && ANY(looked); ++lane)
+    if (LANE(looked, lane)) find(task, k, lane), cut(task, k, lane);
+  memcpy(k->covers, k->until, sizeof k->covers);
+  if (task->break_count) {
+    behind = S_(and)(took, row(k->until) == row(k->stop));
+    put_row(k->crossing_break, S_(number)(behind)), put_row(k->covers, S_(select)(behind, row(k->behind), row(k->until)));
   }
   write_outputs(task, k, accepted);
-  for (int lane = 0; lane < LANES; ++lane) {
-    whole[lane] = accepted[lane];
-    if (accepted[lane] == 0) {
-      all = 0;
-      continue;
-    }
-    if (k->finds[lane]) {
-      outcome[lane] = happen(task, k, log, lane, y[lane]);
-      if (k->jumped[lane]) whole[lane] = 0.0, again[lane] = 1.0, cuts = 1, k->crossing_break[lane] = 0;
-    }
-    if (task->crossings && whole[lane] != 0 && LANE(k->suspects, lane)) keep_signs(task, k, lane);
-    if (task->break_count && k->crossing_break[lane]) {
-      whole[lane] = 0.0, again[lane] = 1.0, cuts = 1;
-      outcome[lane] = go_behind(task, k, log, lane, y[lane]);
-    }
-    all &= whole[lane] != 0;
-    advance(task, k, lane);
+  for (int lane = 0; lane < LANES && ANY(S_(or)(looked, behind)); ++lane) {
+    if (!LANE(S_(or)(looked, behind), lane)) continue;
+    outcome[lane] = come_upon(task, k, log, lane, &whole[lane], y[lane]);
+    if (whole[lane] == 0) again[lane] = 1.0, cuts = 1;
   }
-  memcpy(&k->accepted, whole, sizeof(S));
-  S_MASK take = k->accepted != S_(all)(0.0);
-  for (int i = 0; i < NX && all; ++i) k->y[i] = k->now.y_end[i], k->now.k[0][i] = k->now.k[END][i];
-  for (int i = 0; i < NX && !all; ++i) {
-    k->y[i] = S_(select)(take, k->now.y_end[i], k->y[i]);
-    k->now.k[0][i] = S_(select)(take, k->now.k[END][i], k->now.k[0][i]);
-  }
-  for (int64_t n = 0; n < 2 * RATES; ++n) k->guard[START][n] = S_(select)(take, k->guard[FULL][n], k->guard[START][n]);
+  advance(task, k, accepted);
+  go_on(task, k, is_set(whole));
+  if (!cuts && !ANY(S_(and)(took, S_(not)(row(k->t) < row(k->end))))) return;
   for (int lane = 0; lane < LANES; ++lane) {
     if (again[lane] != 0) {
       for (int i = 0; i < NX; ++i) put(&k->y[i], lane, y[lane][i]);
@@ -240,36 +254,28 @@ int64_t modelgen_run(const Task *task, Work *k, Log *log, int64_t steps) {
     if (k->job[lane] >= 0 && task->counts[k->job[lane] * COUNTS + STOP]) finish(task, k, lane, RUNNING);
   while (take_jobs(task, k)) {
     double accepted[LANES], save[LANES], restore[LANES];
-    int any = 0, keeping = 0, restoring = 0;
-    if (steps-- <= 0 || (task->crossings && log->room - log->used < most)) {
+    if (steps-- <= 0 || (has_guards(task) && log->room - log->used < most)) {
       for (int lane = 0; lane < LANES; ++lane)
         if (k->job[lane] >= 0) report(task, k, lane, RUNNING);
       return 1;
     }
-    for (int lane = 0; lane < LANES; ++lane) {
-      if (k->job[lane] < 0) continue;
-      propose(task, k, lane);
-      if (k->tried[lane] >= task->max_steps) finish(task, k, lane, MAX_STEPS);
-    }
+    propose(task, k);
+    for (int lane = 0; lane < LANES; ++lane)
+      if (k->tried[lane] >= task->max_steps && k->job[lane] >= 0) finish(task, k, lane, MAX_STEPS);
     memcpy(&k->time, k->t, sizeof(S)), memcpy(&k->step, k->h, sizeof(S));
     k->dense_ready = 0;
     S error, guard, size, miss = S_(all)(0.0);
     try_step(k, task->correction, &error, &guard, &size);
-    if (task->crossings) miss = watch(task, k);
+    if (has_guards(task)) miss = watch(task, k);
     if (task->rule == SMOOTH) weigh(task, k, error, miss);
-    for (int lane = 0; lane < LANES; ++lane) {
-      accepted[lane] = save[lane] = restore[lane] = 0.0;
-      if (k->job[lane] >= 0)
-        accepted[lane] = judge(task, k, lane, LANE(error, lane), LANE(miss, lane), LANE(guard, lane), LANE(size, lane), &save[lane], &restore[lane]);
-      any |= accepted[lane] != 0, keeping |= save[lane] != 0 || restore[lane] != 0, restoring |= restore[lane] != 0;
-    }
-    if (keeping) keep(k, save, restore);
-    if (restoring) {
+    judge_all(task, k, error, miss, guard, size, accepted, save, restore);
+    if (task->rule == PAPER && ANY(S_(or)(is_set(save), is_set(restore)))) keep(k, save, restore);
+    if (task->rule == PAPER && ANY(is_set(restore))) {
       memcpy(&k->step, k->h, sizeof(S));
       k->dense_ready = 0;
-      if (task->crossings) times_at(k, k->time, k->step), watch(task, k);
+      if (has_guards(task)) times_at(k, k->time, k->step), watch(task, k);
     }
-    if (any) take_steps(task, k, log, accepted);
+    if (ANY(is_set(accepted))) take_steps(task, k, log, accepted);
   }
   return 0;
 }

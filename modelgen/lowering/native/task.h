@@ -10,6 +10,7 @@ typedef s_mask S_MASK;
 #define LANE(a, i) (a)
 #define CHOOSE(m, a, b) ((m) ? (a) : (b))
 INLINE double s_larger(double a, double b) { return a > b ? a : b; } /* b where one is NaN */
+#define ANY(m) (m)
 #define ONE_LANE(a, lane) (a) /* one lane's value in all slots */
 #define TIME_VALUE double
 #define TIME_STRIDE BUNDLE
@@ -23,6 +24,7 @@ typedef v_mask S_MASK;
 #define S_(name) v_##name
 #define LANE(a, i) (a)[i]
 #define CHOOSE(m, a, b) (((m) & (a)) | (~(m) & (b)))
+#define ANY(m) v_any(m)
 #define ONE_LANE(a, lane) v_all((a)[lane])
 #define TIME_VALUE V
 #define TIME_STRIDE BUNDLE
@@ -67,13 +69,13 @@ typedef struct {
   S fresh; /* not 0: the lane has just started, and its guards may have other signs than their values */
   S time, step, accepted; /* as lanes see them */
   S log_error, factor;               /* of the step that was tried last */
-  double t[LANES], h[LANES], t_new[LANES], until[LANES], wanted[LANES], log_before[LANES], growth[LANES], end[LANES], floor[LANES];
-  double smallest[LANES], largest[LANES], kept_h[LANES], kept_t_new[LANES];
+  double t[LANES], h[LANES], t_new[LANES], until[LANES], due[LANES], log_before[LANES], growth[LANES], end[LANES], floor[LANES];
+  double smallest[LANES], largest[LANES], kept_h[LANES], kept_t_new[LANES], longer[LANES];
   int64_t job[LANES], steps[LANES], tried[LANES], rejected[LANES], evaluations[LANES], reached[LANES], grid[LANES], doubling[LANES], halving[LANES], jumped[LANES];
   double one_c[NC + 1], p[LANES][NP + 1];
   double since[LANES], event_time[LANES], early[LANES], late[LANES];
-  double stop[LANES], behind[LANES], covers[LANES], asked[LANES], limit[LANES]; /* break that no step crosses, time behind it; see solver.h */
-  int64_t next_break[LANES], returns[LANES], crossing_break[LANES];
+  double stop[LANES], behind[LANES], covers[LANES], asked[LANES], limit[LANES], crossing_break[LANES]; /* break that no step crosses, time behind it; see solver.h */
+  int64_t next_break[LANES], returns[LANES];
   int64_t quick[LANES], events[LANES], last_event[LANES], finds[LANES], leapt[LANES];
   int dense_ready, dense_used[LANES];
   V at_x[NX], at_v[NX], at_y[NX]; /* arguments of an observer */
@@ -90,6 +92,21 @@ typedef struct {
 
 INLINE void put(S *a, int lane, double value) { ((double *)a)[lane] = value; }
 INLINE double get(const S *a, int lane) { return ((const double *)a)[lane]; }
+INLINE S row(const double *a) { S all; memcpy(&all, a, sizeof all); return all; } /* of numbers, one of each lane */
+INLINE void put_row(double *a, S all) { memcpy(a, &all, sizeof all); }
+INLINE S_MASK is_set(const double *a) { return row(a) != S_(all)(0.0); }
+INLINE int has_guards(const Task *task) { return SURFACES && task->crossings; } /* known to the compiler where there are none */
+
+/* Which lanes have a job. */
+INLINE S_MASK working(const Work *k) {
+#ifdef SINGLE
+  return k->job[0] >= 0;
+#else
+  v_mask job;
+  memcpy(&job, k->job, sizeof job);
+  return job >= 0;
+#endif
+}
 static double smaller(double a, double b) { return b < a ? b : a; }
 static double larger(double a, double b) { return b > a ? b : a; }
 static double ulp(double a) { return nextafter(fabs(a), INFINITY) - fabs(a); }

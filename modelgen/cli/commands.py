@@ -35,6 +35,7 @@ from modelgen.cli.show import show
 from modelgen.cli.solvers import solvers
 from modelgen.cli.sweep import sweep
 from modelgen.cli.transmission_error import transmission_error
+from modelgen.cli.wording import in_words_of_the_command_line
 from modelgen.errors import ModelgenError, RunFailedError
 
 EXAMPLES = """
@@ -54,9 +55,9 @@ class Commands(click.Group):
         try:
             return super().invoke(ctx)
         except RunFailedError as failure:
-            raise Ending(failure, FAILED) from None
+            raise Ending(in_words_of_the_command_line(str(failure)), FAILED) from None
         except ModelgenError as refusal:
-            raise Ending(refusal, REFUSED) from None
+            raise Ending(in_words_of_the_command_line(str(refusal)), REFUSED) from None
         except KeyboardInterrupt:
             raise Ending("interrupted; nothing was written", INTERRUPTED) from None
         except OSError as failure:

@@ -9,6 +9,8 @@ from typing import IO, Any
 
 import click
 
+from modelgen.cli.streams import tell
+
 FAILED, REFUSED, INTERRUPTED = 1, 2, 130
 """Exit codes: a run that ended badly or a model that is wrong; a request that cannot be carried out; Ctrl-C."""
 
@@ -21,4 +23,7 @@ class Ending(click.ClickException):
         self.exit_code = exit_code  # type: ignore[misc]  # click declares it on the class
 
     def show(self, file: IO[Any] | None = None) -> None:
-        click.echo(f"modelgen: {self.message}", file=file, err=file is None)
+        if file is None:
+            tell(f"modelgen: {self.message}")
+        else:
+            click.echo(f"modelgen: {self.message}", file=file)

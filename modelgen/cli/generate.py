@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+from modelgen.cli.streams import tell
+
 EXAMPLES = """
 \b
 Examples:
@@ -70,7 +72,7 @@ def _check(folders: list[Path]) -> None:
     for folder in folders:
         found = check_folder(folder)
         for problem in found.problems:
-            click.echo(f"{folder}: {problem}", err=True)
+            tell(f"{folder}: {problem}")
         if found.problems:
             stale.append(found.repair)
         else:

@@ -10,7 +10,7 @@ import time
 from types import TracebackType
 from typing import Any
 
-import click
+from modelgen.cli.streams import tell
 
 PATIENCE = 10.0  # s between two plain lines of one stage
 
@@ -45,7 +45,7 @@ class Progress:
         """Begins a stage; ``measured`` stages say how far they are."""
         self._name, self._said = name, time.monotonic()
         if self._bar is None:
-            click.echo(f"modelgen: {name}", err=True)
+            tell(f"modelgen: {name}")
             return
         self._complete()
         self._task = self._bar.add_task(name, total=1.0 if measured else None)
@@ -56,7 +56,7 @@ class Progress:
             self._bar.update(self._task, completed=min(1.0, max(0.0, done)))
         elif time.monotonic() - self._said > PATIENCE:
             self._said = time.monotonic()
-            click.echo(f"modelgen: {self._name}: {100 * done:.0f} %", err=True)
+            tell(f"modelgen: {self._name}: {100 * done:.0f} %")
 
     def _complete(self) -> None:
         if self._task is not None:

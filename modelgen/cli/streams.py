@@ -10,6 +10,8 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
+import click
+
 
 def open_streams() -> None:
     """Puts the null device in place of streams that are closed, so that no file that is opened later takes their number."""
@@ -26,6 +28,16 @@ def open_streams() -> None:
     for stream in (sys.stdout, sys.stderr):
         # A description may hold characters that the terminal cannot show.
         stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]  # both are text files here
+
+
+def tell(text: str) -> None:
+    """A line on stderr; where it cannot be written, as on a full disk, the work goes on and nothing more is told."""
+    try:
+        click.echo(text, err=True)
+    except OSError:
+        _nowhere(sys.stderr.fileno())
+        with suppress(OSError):
+            sys.stderr.flush()  # what is left goes to the null device
 
 
 @contextmanager

@@ -33,6 +33,15 @@ def test_a_full_disk_is_one_line():
     assert called("list", "2> /dev/full").returncode == 0
 
 
+@pytest.mark.skipif(not FULL.exists(), reason="the machine has no /dev/full")
+def test_a_full_stderr_does_not_stop_the_results(tmp_path):
+    done = called(f"modal two-disk-gear --out {tmp_path / 'out'}", "2> /dev/full")
+    assert (done.returncode, (tmp_path / "out" / "modal.json").exists()) == (0, True)
+    assert "tables, figures and modal.json" in done.stdout
+    refused = called(f"modal nowhere --out {tmp_path / 'none'}", "2> /dev/full")
+    assert (refused.returncode, refused.stdout) == (2, "")
+
+
 def test_a_back_end_of_windows_is_nobodys_business_here(tmp_path):
     done = called(f"modal two-disk-gear --out {tmp_path / 'out'}", "", MPLBACKEND="nosuch")
     assert (done.returncode, (tmp_path / "out" / "modes.png").exists()) == (0, True)

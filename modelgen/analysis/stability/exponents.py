@@ -21,7 +21,7 @@ from modelgen.analysis.stability.course import Course, stretch_length
 from modelgen.analysis.stability.ending import exponents_of
 from modelgen.analysis.stability.frames import all_directions, one_direction
 from modelgen.analysis.stability.orbits import PeriodicOrbit
-from modelgen.analysis.stability.records import FEWEST, Part, Record, joined, scatter, settled_part, widened
+from modelgen.analysis.stability.records import FEWEST, Part, Record, drifted, joined, scatter, settled_part, widened
 from modelgen.analysis.time_domain.window import settled_window
 from modelgen.errors import CaseError
 from modelgen.solvers.asked_case import asked_case
@@ -50,6 +50,7 @@ class ExponentsResult:
     record is one and the same all the way; if not, ``transient`` [s] of it came before what the exponents are of, with
     ``transient_exponents`` (and the half width of the largest), and ``ends_in`` says what the motion comes to, as far as shooting
     found it. ``beside``: an attractor that exists as well; ``known``: whether the sign of the largest can be told.
+    ``drift``: what has not settled even at the end of the record; the exponents are then no long-run values.
     """
 
     model: str
@@ -76,6 +77,7 @@ class ExponentsResult:
     ends_in: str = ""
     beside: str = ""
     known: bool = True
+    drift: str = ""
 
     @property
     def duration(self) -> float:
@@ -120,7 +122,9 @@ class ExponentsResult:
     def remarks(self) -> tuple[str, ...]:
         """What is to be said beside the numbers: stationarity, attractors, and what was left out of the span."""
         said = []
-        if not self.stationary:
+        if self.drift:
+            said.append(f"not stationary: {self.drift}; what it comes to in the long run is not known")
+        if not self.stationary and (self.transient or not self.drift):
             then = f"then {self.ends_in}" if self.ends_in else "then another motion, whose end is not known"
             of = f" (largest exponent {self.transient_exponents[0]:.3g} 1/s)" if len(self.transient_exponents) else ""
             said.append(f"not stationary: {self.transient:.6g} s of transient{of}, {then}")
@@ -237,6 +241,8 @@ def _result(case: Case, vibration: Vibration, course: Course, record: Record, pa
         exponents, half = joined(exponents, half, part.ending.exponents, case.tolerance / length)
     if part.beside is not None:
         half = widened(exponents, half, part.beside)
+    if part.thirds is not None:
+        half = drifted(exponents, half, part.thirds)
     taken = np.unique(np.linspace(1, len(whole), min(CURVE, len(whole))).astype(int))
     divergence = float(record.volumes[part.first :].mean())
     transient = part.transient
@@ -265,6 +271,7 @@ def _result(case: Case, vibration: Vibration, course: Course, record: Record, pa
         ends_in=part.ending.words,
         beside=_told(part.beside),
         known=part.known,
+        drift=part.drift,
     )
 
 

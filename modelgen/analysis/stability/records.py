@@ -7,18 +7,18 @@ is at hand, to which it may come yet.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.analysis.stability.coordinates import Vibration
-from modelgen.analysis.stability.course import Course
+from modelgen.analysis.stability.course import Course, jacobian
 from modelgen.analysis.stability.ending import Ending, ending, exponents_of, returns
 from modelgen.analysis.stability.interval import half_width
 from modelgen.analysis.stability.orbits import PeriodicOrbit
 from modelgen.analysis.stability.orbits_beside import stable_orbit
-from modelgen.analysis.stability.stationarity import SMALL, steady_from
+from modelgen.analysis.stability.stationarity import SMALL, departure, drift, steady_from
 from modelgen.solvers.case import Case
 
 Array = NDArray[np.float64]
@@ -61,6 +61,8 @@ class Record:
 class Part:
     """The stretches from ``first`` on count, after the local exponents ``transient`` (stretches, exponents). ``after``: the whole
     record is transient. ``known``: whether a sign may be told; ``beside``: a stable orbit to which the motion may come yet.
+    ``drift``: what has not settled at the end of the record, in words; ``thirds`` (3,): the largest local exponent in its thirds,
+    where that drifts.
     """
 
     first: int
@@ -70,10 +72,35 @@ class Part:
     after: bool = False
     known: bool = True
     beside: PeriodicOrbit | None = None
+    drift: str = ""
+    thirds: Array | None = None
 
 
 def settled_part(record: Record, case: Case, vibration: Vibration, course: Course) -> Part:
-    """The part of a record that counts. The ``course`` stands at its end."""
+    """The part of a record that counts, and whether it goes on as it is. The ``course`` stands at its end."""
+    part = _after_changes(record, case, vibration, course)
+    if part.after or part.ending.reached or part.ending.period:
+        return part
+    cycles = part.first // record.cycle
+    thirds = drift(record.leading(vibration)[cycles:], 2 * case.tolerance / record.length)
+    if thirds is not None:
+        words = f"the largest local exponent still drifts, {thirds[0]:.3g}, {thirds[1]:.3g} and {thirds[2]:.3g} 1/s in its thirds"
+        return replace(part, stationary=False, known=False, drift=words, thirds=thirds)
+    grown = departure(record.strobes[cycles:])
+    if grown and not _is_linear(course):
+        words = f"the motion still departs from where it was, in steps that have grown {grown:.3g} times"
+        return replace(part, stationary=False, known=False, drift=words)
+    return part
+
+
+def _is_linear(course: Course) -> bool:
+    """Whether rates are linear in the states, so that exponents are the same wherever the motion is."""
+    rhs, switching = course.problem.rhs, course.problem.switching
+    return switching is None and bool(jacobian(rhs).jac_sparsity(0, 1).nnz() == 0)
+
+
+def _after_changes(record: Record, case: Case, vibration: Vibration, course: Course) -> Part:
+    """The part of a record behind its last change."""
     series, floor = record.leading(vibration), 2 * case.tolerance / record.length
     cycles = steady_from(series, floor)
     back = returns(record.strobes, case.tolerance) if record.period else None
@@ -118,6 +145,11 @@ def scatter(logs: Array, cycle: int) -> Array:
     if whole >= FEWEST and whole * cycle == len(logs):
         logs = logs.reshape(whole, cycle, -1).mean(axis=1)
     return half_width(logs)
+
+
+def drifted(exponents: Array, half: Array, thirds: Array) -> Array:
+    """Half widths that hold what a drift has passed through and where it may go, as far again as it has come."""
+    return np.asarray(half + float(np.abs(exponents[0] - thirds).max()) + abs(float(thirds[0] - thirds[2])))
 
 
 def widened(exponents: Array, half: Array, orbit: PeriodicOrbit) -> Array:

@@ -1,9 +1,11 @@
-"""Is a sequence of local means the same all the way, or does it change to another? Where, and by how much.
+"""Is a sequence of local means the same all the way, does it change to another, where, and by how much; or does it still drift?
 
 Below ``exponents``; knows sequences only. The sequence is cut into blocks. Of all places where it may change (the thirds of the
 record among them) the one counts whose two sides differ most, in units of the scatter of the blocks about their own side's mean,
-which is widened where neighboring blocks hang together. What is left behind it is looked at again.
-Source: D. M. Hawkins, J. Am. Stat. Assoc. 72 (1977) 180 (largest two-sample statistic over all places of a change).
+which is widened where neighboring blocks hang together. What is left behind it is looked at again. A drift has no such place:
+its blocks stand in order nearly all the way (Kendall's rank correlation with time), and its thirds go on differing.
+Sources: D. M. Hawkins, J. Am. Stat. Assoc. 72 (1977) 180 (largest two-sample statistic over all places of a change);
+M. G. Kendall, Biometrika 30 (1938) 81, H. B. Mann, Econometrica 13 (1945) 245 (rank correlation as a test of trend).
 """
 
 from __future__ import annotations
@@ -20,6 +22,12 @@ CLEAR = 5.0
 SMALL = 0.05
 """Of the larger mean: a smaller change is none."""
 CHANGES = 3
+STILL = 1e-14
+"""Steps of a state, per its scale, that are rounding."""
+IN_ORDER = 0.6
+"""Rank correlation of blocks with time above which they drift: six times its scatter for 48 blocks that know nothing of time."""
+DEPARTS = 10.0
+"""Times by which steps of a state grow from the first third of a record to its last one, by more than its root each third."""
 
 
 def steady_from(values: Array, floor: float = 0.0) -> int:
@@ -68,3 +76,40 @@ def _variance(rest: Array) -> float:
         return 0.0
     together = min(0.9, max(0.0, float(rest[1:] @ rest[:-1]) / float(rest @ rest)))
     return variance * (1 + together) / (1 - together)
+
+
+def drift(values: Array, floor: float = 0.0) -> Array | None:
+    """Means of the thirds (3,) of a sequence (terms,) that still drifts at its end, else None; ``floor`` as in ``steady_from``.
+
+    >>> drift(1 / np.arange(10.0, 200.0)).round(3).tolist(), drift(np.random.default_rng(1).standard_normal(960))
+    ([0.031, 0.01, 0.006], None)
+    """
+    blocks = min(BLOCKS, len(values))
+    if blocks < FEWEST:
+        return None
+    means = np.array([each.mean() for each in np.array_split(values, blocks)])
+    later, earlier = np.tril_indices(blocks, -1)
+    steps = means[later] - means[earlier]
+    order = float(np.where(np.abs(steps) > floor, np.sign(steps), 0.0).mean())
+    thirds = np.array([each.mean() for each in np.array_split(values, 3)])
+    moved = np.diff(thirds)
+    least = np.maximum(floor, SMALL * np.maximum(np.abs(thirds[1:]), np.abs(thirds[:-1])))
+    goes_on = abs(order) > IN_ORDER and np.all(moved * np.sign(order) > least)
+    return thirds if goes_on else None
+
+
+def departure(states: Array) -> float:
+    """How many times larger the steps of a sequence of states (terms, states) have become, where they grow all the way; else 0.
+
+    Steps, and not the states, so that an angle that turns on and on departs from nothing.
+
+    >>> departure(1e-8 * np.exp(0.05 * np.arange(200.0))[:, None]) > 100, departure(np.arange(200.0)[:, None])
+    (True, 0.0)
+    """
+    if len(states) < FEWEST:
+        return 0.0
+    sizes = np.abs(np.diff(states, axis=0)).max(axis=1)
+    first, middle, last = (float(np.median(each)) for each in np.array_split(sizes, 3))
+    grown = last / max(first, np.finfo(float).tiny)
+    each = np.sqrt(DEPARTS) * 0.9
+    return grown if grown > DEPARTS and last > each * middle and middle > each * first and last > STILL else 0.0

@@ -202,3 +202,52 @@ def test_a_step_in_a_sequence_is_found_and_noise_is_none() -> None:
     late = np.where(np.arange(960) < 700, 2.0, -1.0) + 0.5 * rng.standard_normal(960)
     assert steady_from(late) == pytest.approx(700, abs=20)
     assert steady_from(np.ones(960)) == steady_from(np.ones(10)) == 0
+
+
+@pytest.mark.parametrize("power", [3, 5])
+@pytest.mark.parametrize("end", [200.0, 3000.0])
+def test_an_algebraic_decay_has_no_exponent_yet(power: int, end: float) -> None:
+    """x' = -x^n: the local exponent goes to 0 as 1/t, so every mean is too large; the interval holds the long-run value."""
+    found = exponents({"x": 1.0}, {"x": f"-x**{power}"}, end, record_from=1.0, options=VM)
+    assert (found.stationary, found.sign) == (False, "undecided")
+    assert "not stationary: the largest local exponent still drifts, -" in str(found)
+    assert abs(found.exponents[0]) < found.half_width[0]
+
+
+def test_damping_by_the_cube_of_the_speed_has_none_either() -> None:
+    found = exponents(OSCILLATOR, {"x": "v", "v": "-x - v**3"}, 400.0, options=VM)
+    assert (found.stationary, found.sign) == (False, "undecided")
+    assert np.all(np.abs(found.exponents) < found.half_width)
+
+
+@pytest.mark.parametrize("start", [1e-8, 1e-6])
+def test_a_motion_that_still_departs_is_not_stationary(start: float) -> None:
+    """x' = 0.05 x - x^3 near 0, where neighbors part; it comes to x^2 = 0.05, where they meet with -0.1."""
+    found = exponents({"x": start}, {"x": "0.05*x - x**3"}, 200.0 if start < 1e-7 else 150.0, options=VM)
+    assert (found.stationary, found.sign) == (False, "undecided")
+    assert "not stationary: the motion still departs from where it was, in steps that have grown" in str(found)
+    cycle = exponents({"x": start, "v": 0.0}, {"x": "v", "v": "(0.05 - x**2)*v - x"}, 250.0, options=VM)
+    assert (cycle.stationary, cycle.sign) == (False, "undecided")
+
+
+def test_what_grows_by_a_linear_law_has_its_exponents_all_the_way() -> None:
+    found = exponents({"x": 1e-8}, {"x": "0.05*x"}, 200.0, options=VM)
+    assert (found.stationary, found.sign, found.remarks[1:]) == (True, "undecided", ())
+    assert found.exponents == pytest.approx([0.05], abs=1e-8)
+
+
+def test_a_drift_is_found_and_noise_is_none() -> None:
+    from modelgen.analysis.stability.stationarity import departure, drift
+
+    rng = np.random.default_rng(5)
+    assert sum(drift(1 + rng.standard_normal(480)) is not None for _ in range(500)) == 0
+    walk = np.zeros(4800)
+    for k in range(1, len(walk)):
+        walk[k] = 0.95 * walk[k - 1] + rng.standard_normal()
+    assert drift(0.1 + walk) is None
+    assert drift(1 / np.arange(20.0, 500.0) + 1e-4 * rng.standard_normal(480)) is not None
+    assert drift(1 + np.exp(-np.arange(480) / 20)) is None  # it has arrived
+    assert drift(np.ones(10)) is None
+    assert departure(rng.standard_normal((480, 3))) == 0
+    assert departure(np.cumsum(rng.standard_normal((480, 2)), axis=0)) == 0
+    assert departure(np.exp(-np.arange(480.0))[:, None]) == 0

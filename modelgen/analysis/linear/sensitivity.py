@@ -99,8 +99,7 @@ def sensitivities(
     bound = bind(model, parameters=parameters, question="sensitivities")
     model, point = bound.model, point or bound.operating_point
     modes = natural_modes(point.mass, point.stiffness, point.coordinates, point.damping)
-    coupled = modes.coupled
-    keep = len(modes.squares) if count is None else count
+    coupled, keep = modes.coupled, len(modes.squares) if count is None else count
     clusters = repeated_modes(modes)
     names, entries, whole = named_entries(model)
     directions, differenced = parameter_directions(model, point.p, entries, model.parameters.given)
@@ -128,9 +127,7 @@ def sensitivities(
             of_coupled[list(cluster)] = frequency_slopes(complex(coupled.values[mode]), block)
         else:
             squares[list(cluster)] = np.linalg.eigvalsh(block).T
-    omega = np.sqrt(np.abs(modes.squares))
-    slopes = np.where(omega[:, None] > 0, squares / np.where(omega > 0, 4 * np.pi * omega, 1.0)[:, None], 0.0)
-    slopes = of_coupled if coupled else slopes
+    slopes = of_coupled if coupled else _of_frequencies(squares, modes.squares)
     units = {name: each.unit for name, each in model.parameters.parameters.items()}
     return SensitivityResult(
         model=model.name,
@@ -145,6 +142,12 @@ def sensitivities(
         whole=whole,
         remarks=mode_remarks(model, point),
     )
+
+
+def _of_frequencies(slopes: Array, squares: Array) -> Array:
+    """Slopes of the frequencies [Hz] from those of their squares [rad^2/s^2]; zero for a rigid rotation."""
+    omega = np.sqrt(np.abs(squares))[:, None]
+    return np.where(omega > 0, slopes / np.where(omega > 0, 4 * np.pi * omega, 1.0), 0.0)
 
 
 @functools.lru_cache(maxsize=16)

@@ -23,7 +23,8 @@ def elements(kind: str | None) -> None:
     known = Element.vocabulary
     if kind is None:
         for name, element in known.items():
-            click.echo(f"{name:16s} {(element.__doc__ or '').strip().splitlines()[0]}")
+            first, *_ = (element.__doc__ or "").strip().splitlines() or [""]
+            click.echo(f"{name:16s} {first}".rstrip())
     elif kind in known:
         click.echo(known[kind].describe())
     else:

@@ -51,7 +51,7 @@ class OperatingPoint:
 
     def frequencies(self) -> Array:
         """Undamped natural frequencies [Hz], sorted; a rigid rotation is at zero."""
-        return np.sort(natural_modes(self.mass, self.stiffness, self.coordinates).frequencies)
+        return np.sort(natural_modes(self.mass, self.stiffness, self.coordinates, self.damping).frequencies)
 
     def remaining(self, model: Compiled) -> list[tuple[str, float, float]]:
         """Where several speeds are given: the shaft of each, the mean torque left along it, and the sum of the sizes."""

@@ -93,6 +93,7 @@ def test_roessler() -> None:
     assert abs(found.trace_gap) < 1e-8
 
 
+@pytest.mark.slow
 def test_the_commensurate_truck_agrees_with_its_multipliers() -> None:
     """The rigid pair apart, thirty that are negative; pairs of multipliers 0.138486 and 0.084014 over 0.378947 s."""
     model = lower(assemble(load("fracturing-truck-commensurate")))

@@ -51,13 +51,13 @@ def data(made: tuple[Path, list[ClaimRow]]) -> dict[str, Any]:
     return json.loads((made[0] / "reproduction.json").read_text(encoding="utf-8"))
 
 
-@pytest.mark.slow
+@pytest.mark.proof
 def test_the_folder_holds_thirteen_figures_and_the_report(made: tuple[Path, list[ClaimRow]]) -> None:
     assert sorted(each.name for each in made[0].iterdir()) == sorted(WRITTEN)
     assert all((made[0] / f"fig_{k:02d}.png").read_bytes().startswith(b"\x89PNG") for k in range(1, 14))
 
 
-@pytest.mark.slow
+@pytest.mark.proof
 def test_motions_are_judged_by_their_evidence(made: tuple[Path, list[ClaimRow]]) -> None:
     found = [row for row in made[1] if row.claim.startswith("motion at the") and "0.2" in row.claim]
     same, other = found[:2], found[2:4]  # a claim has a row for each reading, for they differ at this value
@@ -67,7 +67,7 @@ def test_motions_are_judged_by_their_evidence(made: tuple[Path, list[ClaimRow]])
     assert [row.verdict for row in found[4:]] == ["holds in part", "holds in part"]
 
 
-@pytest.mark.slow
+@pytest.mark.proof
 def test_an_undamped_motion_is_no_attractor(made: tuple[Path, list[ClaimRow]], data: dict[str, Any]) -> None:
     (scaled,) = (each for each in data["motions"] if each["mesh_reading"] == "scaled" and each["zeta"] == 0)
     assert (scaled["undamped"], scaled["xi"]) == (True, 0)
@@ -76,7 +76,7 @@ def test_an_undamped_motion_is_no_attractor(made: tuple[Path, list[ClaimRow]], d
     assert "stored energy" in row.evidence
 
 
-@pytest.mark.slow
+@pytest.mark.proof
 def test_the_diagram_says_from_where_on_it_settles(made: tuple[Path, list[ClaimRow]], data: dict[str, Any]) -> None:
     (row,) = (row for row in made[1] if "reading fixed" in row.claim and row.claim.startswith("settles"))
     columns = data["diagrams"]["fixed"]["columns"]
@@ -85,7 +85,7 @@ def test_the_diagram_says_from_where_on_it_settles(made: tuple[Path, list[ClaimR
     assert (row.verdict, row.model) == ("holds", f"period 1 in every column from zeta = {first:.4g} on")
 
 
-@pytest.mark.slow
+@pytest.mark.proof
 def test_the_report_hangs_together(made: tuple[Path, list[ClaimRow]], data: dict[str, Any], small: Path) -> None:
     text = (made[0] / "reproduction.md").read_text(encoding="utf-8")
     assert set(re.findall(r"\]\((fig_\d\d\.png)\)", text)) == set(WRITTEN[2:])
@@ -98,7 +98,7 @@ def test_the_report_hangs_together(made: tuple[Path, list[ClaimRow]], data: dict
     assert all(line.endswith("|") for line in rows)
 
 
-@pytest.mark.slow
+@pytest.mark.proof
 def test_the_series_only_gets_better(made: tuple[Path, list[ClaimRow]]) -> None:
     row = made[1][0]
     assert (row.paper, row.verdict) == ("10", "does not hold")

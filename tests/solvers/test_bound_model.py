@@ -83,7 +83,7 @@ QUESTIONS: dict[str, Callable[[Any], Any]] = {
 LONG = ("settled", "poincare", "bifurcation", "periodic_orbit")  # slow for every form
 
 
-@pytest.mark.parametrize("question", [pytest.param(each, marks=[pytest.mark.slow] * (each in LONG)) for each in QUESTIONS])
+@pytest.mark.parametrize("question", [pytest.param(each, marks=[pytest.mark.proof] * (each in LONG)) for each in QUESTIONS])
 def test_every_question_takes_every_form_and_answers_the_same(question: str, tmp_path: Path) -> None:
     ask = QUESTIONS[question]
     expected = np.asarray(ask(FORMS["driveline"](tmp_path)))

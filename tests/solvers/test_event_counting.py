@@ -19,7 +19,7 @@ from modelgen.solvers.problem import InitialValueProblem, SolverOptions
 from modelgen.solvers.registry import solve
 
 Hybrid = Callable[..., InitialValueProblem]
-METHODS = ("rk4", pytest.param("dopri5", marks=pytest.mark.slow), "dop853")
+METHODS = ("rk4", pytest.param("dopri5", marks=pytest.mark.proof), "dop853")
 ONE_STEP = {"tolerance": 1e-6, "fixed_step": 1.0}
 DEGREE = 4
 

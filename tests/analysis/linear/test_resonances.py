@@ -29,7 +29,7 @@ def model() -> Compiled:
     return lower(assemble(line))
 
 
-@pytest.mark.parametrize("zeta", [pytest.param(0.005, marks=pytest.mark.slow), 0.02, pytest.param(0.1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("zeta", [pytest.param(0.005, marks=pytest.mark.proof), 0.02, pytest.param(0.1, marks=pytest.mark.proof)])
 def test_peaks_are_those_of_a_grid_a_hundred_times_finer(model: Compiled, zeta: float) -> None:
     fine = forced(model, np.linspace(60.0, 220.0, 4001), {"zeta": zeta}, channels=CHANNELS, refine=False)
     coarse = forced(model, GRID, {"zeta": zeta}, channels=CHANNELS, refine=False)

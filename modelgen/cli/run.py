@@ -89,8 +89,9 @@ def _request(options: dict[str, Any]) -> Request:
     SolverOptions(tolerance=options["tolerance"], budget=Budget(max_seconds=options["max_seconds"]))
     named = options.pop("crosscheck")
     others = () if named == "none" else tuple(name.strip() for name in named.split(","))
+    known = every_solver()
     for name in others:
-        if name not in (known := every_solver()):
+        if name not in known:
             raise CaseError("--crosscheck", f"there is no solver {name!r}", nearest(name, [*known, "none"]))
     given = options.pop("window")
     window = None if given is None else tuple(read_quantity(text, "s", "--window") for text in given)

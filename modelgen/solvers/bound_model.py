@@ -91,14 +91,12 @@ def bind(
     values = dict(parameters or {})
     if isinstance(x, (str, PathLike)):
         x = load(x)  # type: ignore[arg-type]  # it says itself what it cannot take
-    if isinstance(x, Driveline):
-        if speed is not None or speeds is not None:
-            x = replace(x, speed=x.speed if speed is None else speed, speeds=x.speeds if speeds is None else speeds)
-        model = _compiled(x)
-    else:
-        model = compiled_of(x, question)
-        values |= {"speed": speed} if speed is not None else {}
-        values |= {f"speeds.{name}": value for name, value in (speeds or {}).items()}
+    if isinstance(x, Driveline) and (speed is not None or speeds is not None):
+        x = replace(x, speed=x.speed if speed is None else speed, speeds=x.speeds if speeds is None else speeds)
+        speed = speeds = None
+    model = compiled_of(x, question)
+    values |= {"speed": speed} if speed is not None else {}
+    values |= {f"speeds.{name}": value for name, value in (speeds or {}).items()}
     if isinstance(x, BoundModel) and not values:
         return x
     return BoundModel(model.with_values(values))

@@ -123,11 +123,16 @@ def coupled_modes(mass: Array, damping: Array, stiffness: Array, coordinates: Co
     )
 
 
+def split_by_stiffness(stiffness: Array, motions: Array) -> tuple[Array, Array]:
+    """Columns of motions over the groups: those that meet no stiffness but rounding, and the others."""
+    force, size = np.abs(stiffness @ motions), np.abs(stiffness) @ np.abs(motions)
+    is_free = np.all(force <= ZERO * size, axis=0)
+    return motions[:, is_free], motions[:, ~is_free]
+
+
 def _loose_first(mass: Array, stiffness: Array, to_angles: Array) -> tuple[Array, int]:
     """Coordinates as columns over the groups, those against which no stiffness acts first, and how many these are."""
-    force, size = np.abs(stiffness @ to_angles), np.abs(stiffness) @ np.abs(to_angles)
-    is_free = np.all(force <= ZERO * size, axis=0)
-    loose, stiff = to_angles[:, is_free], to_angles[:, ~is_free]
+    loose, stiff = split_by_stiffness(stiffness, to_angles)
     if stiff.size:
         # Other motions without stiffness lie across the coordinates.
         lengths = np.sqrt(np.einsum("im,ij,jm->m", stiff, mass, stiff))

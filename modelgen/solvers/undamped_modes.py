@@ -16,12 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.errors import CaseError
-from modelgen.solvers.coupled_modes import CoupledModes, coupled_modes, is_skew
+from modelgen.solvers.coupled_modes import CoupledModes, coupled_modes, is_skew, split_by_stiffness
 from modelgen.solvers.equilibrium import Coordinates
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-ZERO = 1e-12  # stiffness against a motion, relative to the terms it is made of, that is rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,10 +85,7 @@ def _natural_modes(mass: Array, stiffness: Array, coordinates: Coordinates) -> M
     """All undamped modes, or LinAlgError or numbers that are not finite."""
     stiffness = (stiffness + stiffness.T) / 2
     # Rigid rotations, and relative angles that meet no stiffness where the driveline rests, such as a flank inside its backlash.
-    to_angles = coordinates.to_angles
-    force, size = np.abs(stiffness @ to_angles), np.abs(stiffness) @ np.abs(to_angles)
-    is_free = np.all(force <= ZERO * size, axis=0)
-    loose, stiff = to_angles[:, is_free], to_angles[:, ~is_free]
+    loose, stiff = split_by_stiffness(stiffness, coordinates.to_angles)
     inertia = loose.T @ mass @ loose
     elastic = stiff - loose @ np.linalg.solve(inertia, loose.T @ mass @ stiff) if loose.size else stiff
     reduced_mass, reduced_stiffness = elastic.T @ mass @ elastic, stiff.T @ stiffness @ stiff

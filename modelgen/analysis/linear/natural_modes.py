@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modelgen.analysis.linear.mode_pairing import followed, is_upper
-from modelgen.solvers.coupled_modes import CoupledModes
-from modelgen.solvers.undamped_modes import ZERO, Modes, natural_modes
+from modelgen.solvers.coupled_modes import ZERO, CoupledModes
+from modelgen.solvers.undamped_modes import Modes, natural_modes
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -72,16 +72,27 @@ def damped_modes(modes: Modes, damping: Any, stiffness: Array | None = None) -> 
     upper = np.flatnonzero(is_upper(values))
     upper = upper[np.argsort(values[upper].imag, kind="stable")]
     found = shapes[:, kept] @ vectors[elastic : elastic + moving, upper] / values[upper]
-    largest = np.abs(found).argmax(axis=0)
+    return _told(values, owner, upper, found, (free, count), elastic)
+
+
+def _told(
+    values: Any, owner: NDArray[np.intp], upper: NDArray[np.intp], shapes: Any, modes: tuple[int, int], nobody: int
+) -> DampedModes:
+    """Damped modes from eigenvalues, the vibrating mode that owns each (``nobody``: none), and which are the upper ones.
+
+    ``shapes`` (groups, upper ones) are scaled to 1 at their largest; ``modes``: numbers of free ones, and of all.
+    """
+    free, count = modes
+    largest = np.abs(shapes).argmax(axis=0)
     rates = np.full((count, 2), np.nan)
-    for mode in range(elastic):
+    for mode in range(count - free):
         own = values[owner == mode]
         if not np.any(is_upper(own)):
             rates[free + mode] = np.sort(-own.real)
     return DampedModes(
         _without_rounding(values[upper].astype(complex), values),
-        (found / found[largest, np.arange(len(upper))]).astype(complex),
-        np.where(owner[upper] == elastic, -1, owner[upper] + free),
+        (shapes / shapes[largest, np.arange(len(upper))]).astype(complex),
+        np.where(owner[upper] == nobody, -1, owner[upper] + free),
         rates,
     )
 
@@ -145,18 +156,7 @@ def damped_coupled_modes(coupled: CoupledModes, count: int, damping: Array, stif
     upper = np.flatnonzero(is_upper(values) & kept)
     upper = upper[np.argsort(values[upper].imag, kind="stable")]
     found = to_angles @ (whole @ vectors[:, upper])[elastic : elastic + n] / values[upper]
-    largest = np.abs(found).argmax(axis=0)
-    rates = np.full((count, 2), np.nan)
-    for mode in range(count - free):
-        own = values[owner == mode]
-        if not np.any(is_upper(own)):
-            rates[free + mode] = np.sort(-own.real)
-    return DampedModes(
-        _without_rounding(values[upper].astype(complex), values),
-        (found / found[largest, np.arange(len(upper))]).astype(complex),
-        np.where(owner[upper] == vibrating, -1, owner[upper] + free),
-        rates,
-    )
+    return _told(values, owner, upper, found, (free, count), vibrating)
 
 
 def _coupled_first_order(coupled: CoupledModes, damping: Array, stiffness: Array) -> tuple[Array, Array]:
